@@ -1,0 +1,1 @@
+"""The viser app: one session per browser."""

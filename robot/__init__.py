@@ -1,0 +1,1 @@
+"""Pepper and other robots: joints, description, motion to joint rotations, the 3D view."""
