@@ -1,0 +1,74 @@
+"""Fixtures for every test: the data beside the repository, the shipped model, a tiny one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+
+from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
+from rnnpb_explorer.core.data import Dataset, load_dataset
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo, MotionLabel
+
+SHARED = Path(__file__).parents[2] / "shared"  # data and published checkpoints; not for shipping
+
+
+def _shared(*parts: str) -> Path:
+    path = SHARED.joinpath(*parts)
+    if not path.exists():
+        pytest.skip(f"needs {Path(*parts)} in the folder {SHARED.name}/ beside the repository")
+    return path
+
+
+@pytest.fixture(scope="session")
+def shared_dir() -> Path:
+    """The folder beside the repository with REBL-Pepper and the published checkpoints."""
+    return _shared()
+
+
+@pytest.fixture(scope="session")
+def dataset() -> Dataset:
+    """The 72 motions of REBL-Pepper, mirrored ones included."""
+    return load_dataset(_shared("data", "rebl-pepper", "data_raw.csv"))
+
+
+@pytest.fixture(scope="session")
+def strong() -> RNNPB:
+    """The shipped checkpoint that the app starts with."""
+    if "strong" not in shipped_checkpoints():
+        pytest.skip("checkpoints/strong.pt is not there")
+    return load_checkpoint("strong")
+
+
+@pytest.fixture(scope="session")
+def published_strong() -> RNNPB:
+    """The authors' checkpoint `strong_prior` (beta = 1e-4)."""
+    return load_checkpoint(_shared("reference", "strong_prior", "model.tar"))
+
+
+@pytest.fixture(scope="session")
+def published_zero() -> RNNPB:
+    """The authors' checkpoint `zero_prior` (beta = 0)."""
+    return load_checkpoint(_shared("reference", "zero_prior", "model.tar"))
+
+
+@pytest.fixture
+def tiny_model() -> RNNPB:
+    """Random weights: 3 motions, D_PB = 3, 5 joints, 16 hidden units; nothing of Pepper in it."""
+    names = ("wave", "bow", "rest")
+    info = ModelInfo(
+        joints=("a", "b", "c", "d", "e"),
+        fps=20.0,
+        motions=names,
+        lengths=(12, 9, 15),
+        labels={name: MotionLabel(name) for name in names},
+    )
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        model = RNNPB(
+            ModelConfig(num_joints=5, pb_dim=3, hidden_size=16, num_motions=len(names)), info
+        )
+        torch.nn.init.normal_(model.mu)
+        torch.nn.init.normal_(model.log_var, mean=-2.0, std=0.5)
+    return model.eval().requires_grad_(False)
