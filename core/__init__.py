@@ -1,21 +1,73 @@
-"""The model and all its numerics: torch and numpy, no screen, no robot."""
+"""The model and all its numerics: torch and numpy, no screen, no robot.
 
-from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
-from .errors import InputError
-from .model import ModelConfig, ModelInfo, MotionLabel, RNNPB
-from .motion import Motion, parse_motion, read_motion, write_motion
+Names are imported on first use: torch takes seconds, and `rnnpb --help` or a mistyped flag should
+not wait for it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
+    from .data import Dataset, load_dataset
+    from .errors import InputError
+    from .landscape import Landscape, landscape
+    from .model import RNNPB, ModelConfig, ModelInfo, MotionLabel
+    from .motion import Motion, parse_motion, read_motion, write_motion
+    from .recognition import RecognitionConfig, RecognitionResult, recognize
 
 __all__ = [
     "RNNPB",
+    "Dataset",
     "InputError",
+    "Landscape",
     "ModelConfig",
     "ModelInfo",
     "Motion",
     "MotionLabel",
+    "RecognitionConfig",
+    "RecognitionResult",
+    "landscape",
     "load_checkpoint",
+    "load_dataset",
     "parse_motion",
     "read_motion",
+    "recognize",
     "save_checkpoint",
     "shipped_checkpoints",
     "write_motion",
 ]
+
+_MODULES = {
+    "checkpoint": ("load_checkpoint", "save_checkpoint", "shipped_checkpoints"),
+    "data": ("Dataset", "load_dataset"),
+    "errors": ("InputError",),
+    "landscape": ("Landscape", "landscape"),
+    "model": ("RNNPB", "ModelConfig", "ModelInfo", "MotionLabel"),
+    "motion": ("Motion", "parse_motion", "read_motion", "write_motion"),
+    "recognition": ("RecognitionConfig", "RecognitionResult", "recognize"),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+class _Package(ModuleType):
+    def __setattr__(self, name: str, value: Any) -> None:
+        # Python binds a submodule on its package when it is first imported; the module `landscape`
+        # would hide the function of that name.
+        if not (name in _HOME and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
