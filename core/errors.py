@@ -9,3 +9,7 @@ class InputError(ValueError):
     The message is one plain line that says what is wrong, where, and what would be right. Commands
     print it and exit with code 2; the app shows it as a notice and goes on.
     """
+
+
+class Cancelled(Exception):
+    """A long computation was told to stop, and did; it has no result."""
