@@ -1,0 +1,197 @@
+"""A board's plot area: where data lies on the picture, and the axes around it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE
+from .raster import Canvas, shorten, text_width
+
+Range = tuple[float, float]
+DESIGN_SIZE = 1024  # pixels; every length below is given for a board of this size
+
+
+@dataclass(frozen=True)
+class PlotFrame:
+    """The affine map between data coordinates and a board's picture, and back.
+
+    x_range, y_range: the data at the plot area's left and right, bottom and top edge (low < high).
+    left, top, right, bottom: that area on the picture; u from 0 (left) to 1 (right), v from 0 (top) to
+    1 (bottom), whatever the picture's size in pixels or metres.
+    """
+
+    x_range: Range
+    y_range: Range
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def to_uv(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """(..., 2) data coordinates -> (..., 2) picture coordinates (u, v)."""
+        at = np.asarray(xy, dtype=np.float64)
+        (x0, x1), (y0, y1) = self.x_range, self.y_range
+        u = self.left + (at[..., 0] - x0) / (x1 - x0) * (self.right - self.left)
+        v = self.bottom + (at[..., 1] - y0) / (y1 - y0) * (self.top - self.bottom)
+        return np.stack([u, v], axis=-1)
+
+    def to_data(self, uv: ArrayLike) -> NDArray[np.float64]:
+        """(..., 2) picture coordinates (u, v) -> (..., 2) data coordinates, beyond the area too."""
+        at = np.asarray(uv, dtype=np.float64)
+        (x0, x1), (y0, y1) = self.x_range, self.y_range
+        x = x0 + (at[..., 0] - self.left) / (self.right - self.left) * (x1 - x0)
+        y = y0 + (at[..., 1] - self.bottom) / (self.top - self.bottom) * (y1 - y0)
+        return np.stack([x, y], axis=-1)
+
+    def to_board(
+        self, xy: ArrayLike, width: float = 1.0, height: float = 1.0
+    ) -> NDArray[np.float64]:
+        """(..., 2) data -> (..., 2) metres right of and above the centre of a width x height board."""
+        uv = self.to_uv(xy)
+        return np.stack([(uv[..., 0] - 0.5) * width, (0.5 - uv[..., 1]) * height], axis=-1)
+
+    def from_board(
+        self, at: ArrayLike, width: float = 1.0, height: float = 1.0
+    ) -> NDArray[np.float64]:
+        """The way back from `to_board`."""
+        position = np.asarray(at, dtype=np.float64)
+        return self.to_data(
+            np.stack([position[..., 0] / width + 0.5, 0.5 - position[..., 1] / height], axis=-1)
+        )
+
+    def clamp(self, xy: ArrayLike) -> NDArray[np.float64]:
+        """(..., 2) data coordinates moved into the plot area: where a puck may be dragged."""
+        low = [self.x_range[0], self.y_range[0]]
+        high = [self.x_range[1], self.y_range[1]]
+        return np.clip(np.asarray(xy, dtype=np.float64), low, high)
+
+    def contains(self, xy: ArrayLike) -> NDArray[np.bool_]:
+        """(...) is it inside the plot area, edges included?"""
+        at = np.asarray(xy, dtype=np.float64)
+        inside_x = (at[..., 0] >= self.x_range[0]) & (at[..., 0] <= self.x_range[1])
+        return inside_x & (at[..., 1] >= self.y_range[0]) & (at[..., 1] <= self.y_range[1])
+
+    def to_pixels(self, xy: ArrayLike, size: int) -> NDArray[np.float64]:
+        """(..., 2) data -> (..., 2) pixels of a size x size picture; pixel i covers [i, i + 1)."""
+        return self.to_uv(xy) * size
+
+
+@dataclass(frozen=True)
+class Area:
+    """A plot area in whole pixels of a size x size picture."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+    size: int
+
+    def frame(self, x_range: Range, y_range: Range) -> PlotFrame:
+        edges = (value / self.size for value in (self.left, self.top, self.right, self.bottom))
+        return PlotFrame(x_range, y_range, *edges)
+
+    def scaled(self, length: float) -> int:
+        """A length of the 1024-pixel design in this picture's pixels."""
+        return max(1, round(length * self.size / DESIGN_SIZE))
+
+
+def area_of(frame: PlotFrame, size: int) -> Area:
+    """The whole pixels that a frame's plot area covers."""
+    edges = (frame.left, frame.top, frame.right, frame.bottom)
+    left, top, right, bottom = (round(edge * size) for edge in edges)
+    return Area(left, top, right, bottom, size)
+
+
+def nice_ticks(low: float, high: float, most: int = 6) -> list[tuple[float, str]]:
+    """Round values inside [low, high] with their labels, at most about `most` of them."""
+    if not (math.isfinite(low) and math.isfinite(high) and high > low):
+        return []
+    raw = (high - low) / most
+    magnitude = 10.0 ** math.floor(math.log10(raw))
+    step = next(m for m in (1, 2, 5, 10) if m * magnitude >= raw * 0.999) * magnitude
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    slack = step * 1e-6
+    first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
+    if last - first > 50:  # a window so far from 0 that floats cannot tell its ticks apart
+        return []
+    return [(i * step, tick_label(i * step, decimals)) for i in range(first, last + 1)]
+
+
+def tick_label(value: float, decimals: int) -> str:
+    """A number as it stands on an axis, with a true minus sign and no negative zero."""
+    large = abs(value) >= 1e5 or decimals > 4
+    text = f"{value:.2g}" if large else f"{value:.{decimals}f}"
+    if float(text) == 0:
+        text = text.lstrip("-")
+    return text.replace("-", "−")
+
+
+def new_board(size: int) -> Canvas:
+    """An empty board: light, in a thin dark frame whose inner corners are round."""
+    canvas = Canvas(np.empty((size, size, 3), dtype=np.uint8))
+    canvas.pixels[...] = FRAME
+    rim = max(2, round(size * 7 / DESIGN_SIZE))
+    radius = size * 30 / DESIGN_SIZE
+    canvas.rounded(rim, rim, size - rim, size - rim, radius, BOARD)
+    return canvas
+
+
+def draw_axes(
+    canvas: Canvas,
+    area: Area,
+    frame: PlotFrame,
+    *,
+    x_label: str,
+    y_label: str | None,
+    grid: bool = True,
+) -> None:
+    """Ticks with their values, labels, and (under a map) grid lines; `y_label` None: no second axis."""
+    k = area.scaled
+    if grid:
+        canvas.rectangle(area.left, area.top, area.right, area.bottom, PLOT)
+    text, gap, tick = k(29), k(11), k(8)
+    baseline = area.bottom + tick + gap + k(22)
+    line = k(2)
+    for value, label in nice_ticks(*frame.x_range, most=6):
+        x = frame.to_pixels([value, 0.0], area.size)[0] - line / 2
+        if grid:
+            color = ZERO_LINE if value == 0 else GRID
+            canvas.rectangle(x, area.top, x + line, area.bottom, color)
+        canvas.rectangle(x, area.bottom, x + line, area.bottom + tick, AXIS)
+        canvas.text(x, baseline, label, text, MUTED, anchor="middle")
+    label = shorten(x_label, k(34), area.right - area.left, bold=True)
+    middle = (area.left + area.right) / 2
+    canvas.text(middle, baseline + k(42), label, k(34), TEXT, bold=True, anchor="middle")
+    if y_label is not None:
+        _draw_y_axis(canvas, area, frame, y_label, grid=grid)
+    _outline(canvas, area, line)
+
+
+def _draw_y_axis(canvas: Canvas, area: Area, frame: PlotFrame, y_label: str, *, grid: bool) -> None:
+    k = area.scaled
+    text, tick, line = k(29), k(8), k(2)
+    widest = 0.0
+    for value, label in nice_ticks(*frame.y_range, most=6):
+        y = frame.to_pixels([0.0, value], area.size)[1] - line / 2
+        if grid:
+            color = ZERO_LINE if value == 0 else GRID
+            canvas.rectangle(area.left, y, area.right, y + line, color)
+        canvas.rectangle(area.left - tick, y, area.left, y + line, AXIS)
+        canvas.text(area.left - tick - k(8), y + k(10), label, text, MUTED, anchor="right")
+        widest = max(widest, text_width(label, text))
+    name = shorten(y_label, k(34), area.bottom - area.top, bold=True)
+    middle = (area.top + area.bottom) / 2
+    x = max(k(44), area.left - tick - k(8) - widest - k(18))
+    canvas.text(x, middle, name, k(34), TEXT, bold=True, anchor="middle", upward=True)
+
+
+def _outline(canvas: Canvas, area: Area, line: int) -> None:
+    left, top, right, bottom = area.left, area.top, area.right, area.bottom
+    canvas.rectangle(left - line, top - line, right + line, top, AXIS)
+    canvas.rectangle(left - line, bottom, right + line, bottom + line, AXIS)
+    canvas.rectangle(left - line, top, left, bottom, AXIS)
+    canvas.rectangle(right, top, right + line, bottom, AXIS)
