@@ -1,0 +1,205 @@
+"""A robot from its URDF: the shipped Pepper, any other file, or a package of descriptions."""
+
+from __future__ import annotations
+
+import importlib
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+from numpy.typing import NDArray
+
+from ..core.errors import InputError
+from .kinematics import MOVING_TYPES, KinematicTree, build_tree
+from .meshes import Shape, load_shapes
+
+PEPPER_URDF = Path(str(files("rnnpb_explorer.static"))) / "pepper" / "pepper.urdf"
+DESCRIPTIONS_EXTRA = "robots"  # the optional extra that brings robot_descriptions
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot description, ready to be moved and shown; never changed after loading.
+
+    joints: the actuated ones, in the order of the URDF; mimics follow theirs.
+    limits: lower and upper position, radians (metres for a prismatic joint), infinite where the
+        URDF gives none. velocity_limits: radians (metres) a second, infinite where it gives none.
+    warnings: what is not as the URDF says, one plain line each.
+    """
+
+    name: str
+    urdf: yourdfpy.URDF
+    joints: tuple[str, ...]
+    limits: dict[str, tuple[float, float]]
+    velocity_limits: dict[str, float]
+    warnings: tuple[str, ...]
+    tree: KinematicTree
+    shapes: tuple[Shape, ...]
+
+    def neutral(self, joint: str) -> float:
+        """Where a joint rests that nothing moves: 0, or the nearest value within its limits."""
+        lower, upper = self.limits[joint]
+        return min(max(0.0, lower), upper)
+
+    @property
+    def neutral_positions(self) -> NDArray[np.float32]:
+        """(len(joints),) `neutral` of every joint."""
+        return np.array([self.neutral(joint) for joint in self.joints], dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class JointMatch:
+    """Which joint of a robot goes with which column of a model's motions.
+
+    columns: robot joint -> column. missing: joints of the model that the robot lacks, so that they
+    are not seen. unmoved: joints of the robot that the model does not move.
+    """
+
+    columns: dict[str, int]
+    missing: tuple[str, ...]
+    unmoved: tuple[str, ...]
+
+
+def match_joints(robot: Robot, joints: tuple[str, ...]) -> JointMatch:
+    """Match a model's joints with a robot's, by name."""
+    return JointMatch(
+        {joint: column for column, joint in enumerate(joints) if joint in robot.limits},
+        missing=tuple(joint for joint in joints if joint not in robot.limits),
+        unmoved=tuple(joint for joint in robot.joints if joint not in joints),
+    )
+
+
+def load_robot(spec: str) -> Robot:
+    """Load a robot.
+
+    Args:
+        spec: `pepper` (the shipped one), the path of a `.urdf` file, or `NAME_description` of the
+            package robot_descriptions, which downloads it once.
+
+    Raises:
+        InputError: no such robot, or a file that is no robot description.
+    """
+    if spec == "pepper":
+        return _load(PEPPER_URDF, spec)
+    path = Path(spec).expanduser()
+    if path.suffix.lower() == ".urdf" or path.is_file():
+        return _load(path, path.stem)
+    if spec.endswith("_description") and spec.isidentifier():
+        return _load(_described(spec), spec.removesuffix("_description"))
+    raise InputError(
+        f"no robot {spec!r}; give pepper, the path of a .urdf file, or a name that ends in "
+        "_description"
+    )
+
+
+def _described(name: str) -> Path:
+    """The URDF of a description in the package robot_descriptions, downloaded if need be."""
+    try:
+        importlib.import_module("robot_descriptions")
+    except ImportError as error:
+        raise InputError(
+            f"{name} comes from the package robot_descriptions; install it with "
+            f"pip install 'rnnpb-explorer[{DESCRIPTIONS_EXTRA}]', or give the path of a .urdf file"
+        ) from error
+    try:
+        module = importlib.import_module(f"robot_descriptions.{name}")
+    except ModuleNotFoundError as error:
+        raise InputError(f"robot_descriptions has no {name}; its README lists the names") from error
+    except Exception as error:  # git's own errors: no network, no git, no space
+        reason = str(error).strip().splitlines()[-1:] or [type(error).__name__]
+        raise InputError(
+            f"{name} could not be downloaded ({reason[0].strip()}); it needs git and a network "
+            "the first time, or give the path of a .urdf file"
+        ) from error
+    path = getattr(module, "URDF_PATH", None)
+    if path is None:
+        raise InputError(f"{name} of robot_descriptions has no URDF")
+    return Path(path)
+
+
+def _load(path: Path, name: str) -> Robot:
+    urdf = _parse(path)
+    base = _base_link(urdf, path)
+    tree, warnings = build_tree(urdf, base)
+    loose = [link.name for link in urdf.robot.links if link.name not in tree.links]
+    if loose:
+        warnings.append(f"not joined to {base}, so left out: {', '.join(loose)}")
+    shapes, more = load_shapes(urdf, tree, path)
+    warnings += more
+    moving = [
+        joint
+        for joint in urdf.robot.joints
+        if joint.type in MOVING_TYPES and joint.mimic is None and joint.parent in tree.links
+    ]
+    return Robot(
+        name,
+        urdf,
+        tuple(joint.name for joint in moving),
+        {joint.name: _limits(joint) for joint in moving},
+        {joint.name: _velocity_limit(joint) for joint in moving},
+        tuple(warnings),
+        tree,
+        shapes,
+    )
+
+
+def _parse(path: Path) -> yourdfpy.URDF:
+    try:
+        root = ElementTree.parse(path).getroot()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except ElementTree.ParseError as error:
+        raise InputError(f"{path} is not XML, so no URDF: {error}") from error
+    if root.tag != "robot":
+        raise InputError(f"{path} is no URDF: its root is <{root.tag}>, expected <robot>")
+    if any("xacro" in str(element.tag) for element in root.iter()):
+        raise InputError(f"{path} is a xacro file; expand it first: xacro {path.name} > robot.urdf")
+    try:
+        # Without scene: yourdfpy's own would need every mesh to be there and whole.
+        return yourdfpy.URDF.load(
+            str(path), build_scene_graph=False, load_meshes=False, mesh_dir=str(path.parent)
+        )
+    except (ValueError, KeyError, AttributeError, TypeError, IndexError) as error:
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError(f"{path} is no complete URDF ({reason})") from error
+
+
+def _base_link(urdf: yourdfpy.URDF, path: Path) -> str:
+    """The link that carries the others: of several without a parent, the one with most below it."""
+    links = [link.name for link in urdf.robot.links]
+    children: dict[str, list[str]] = {}
+    parents: dict[str, str] = {}
+    for joint in urdf.robot.joints:
+        for end in (joint.parent, joint.child):
+            if end not in links:
+                raise InputError(f"{path}, joint {joint.name}: there is no link {end!r}")
+        if joint.child in parents:
+            raise InputError(f"{path}, joint {joint.name}: link {joint.child} has a parent already")
+        parents[joint.child] = joint.parent
+        children.setdefault(joint.parent, []).append(joint.child)
+    roots = [link for link in links if link not in parents]
+    if not roots:
+        raise InputError(f"{path} has no base link: its joints run in a circle")
+
+    def below(link: str) -> int:
+        return 1 + sum(map(below, children.get(link, [])))
+
+    return str(max(roots, key=below))
+
+
+def _limits(joint: yourdfpy.Joint) -> tuple[float, float]:
+    limit = joint.limit
+    if joint.type == "continuous" or limit is None:
+        return (-np.inf, np.inf)
+    lower = -np.inf if limit.lower is None else float(limit.lower)
+    upper = np.inf if limit.upper is None else float(limit.upper)
+    return (lower, upper) if lower <= upper else (upper, lower)
+
+
+def _velocity_limit(joint: yourdfpy.Joint) -> float:
+    """Descriptions write 0 where they do not know."""
+    velocity = joint.limit.velocity if joint.limit is not None else None
+    return float(velocity) if velocity else np.inf

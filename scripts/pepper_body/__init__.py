@@ -1,0 +1,1 @@
+"""How static/pepper is made: joints as published, shapes of our own."""
