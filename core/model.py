@@ -1,8 +1,8 @@
 """The stochastic RNNPB: an LSTM that generates a whole motion from one small vector, the PB.
 
-Hwang and Ahmadi, "A Novel Framework for Learning Stochastic Representations for Sequence Generation
-and Recognition", section III. The shapes in the comments: B sequences, T frames, J joints, D = D_PB,
-H hidden units, N training motions.
+Hwang and Ahmadi, "A Novel Framework for Learning Stochastic Representations for Sequence
+Generation and Recognition", section III. The shapes in the comments: B sequences, T frames,
+J joints, D = D_PB, H hidden units, N training motions.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import Literal
 
 import torch
 from torch import Tensor, nn
-from torch.func import functional_call
 
 from .errors import InputError
 
@@ -35,9 +34,7 @@ class ModelConfig:
         if min(sizes) < 1:
             raise InputError(f"every size of a model must be at least 1, got {sizes}")
         if self.behavior not in ("stochastic", "deterministic"):
-            raise InputError(
-                f"behavior must be stochastic or deterministic, got {self.behavior!r}"
-            )
+            raise InputError(f"behavior must be stochastic or deterministic, got {self.behavior!r}")
         if self.behavior == "stochastic" and not (self.beta is not None and self.beta >= 0):
             raise InputError(f"beta must be a number of at least 0, got {self.beta}")
 
@@ -88,9 +85,6 @@ class RNNPB(nn.Module):
         self.bias_out = nn.Parameter(torch.empty(joints))
         for parameter in self.network_parameters():  # as torch's own LSTM and Linear start
             nn.init.uniform_(parameter, -(hidden**-0.5), hidden**-0.5)
-        # Weightless: it only runs the fused kernels on the folded weights of `generate`. A tuple
-        # hides it from nn.Module, so that it is neither a parameter nor part of a checkpoint.
-        self._kernel = (nn.LSTM(pb_dim, hidden, batch_first=False, device="meta"),)
 
     def network_parameters(self) -> tuple[nn.Parameter, ...]:
         return (
@@ -117,9 +111,9 @@ class RNNPB(nn.Module):
         """Closed-loop generation (eqs. 6 to 8), differentiable with respect to everything.
 
         The previous output is a linear function of the hidden state, so feeding it back is part of
-        an ordinary recurrence with folded weights, W_hidden + W_frame W_out, whose only input is the
-        constant PB. That lets one fused kernel run the whole sequence. The first step stands apart:
-        its previous frame is 0, not the read-out of a hidden state.
+        an ordinary recurrence with folded weights, W_hidden + W_frame W_out, whose only input is
+        the constant PB. That lets one fused kernel run the whole sequence. The first step stands
+        apart: its previous frame is 0, not the read-out of a hidden state.
 
         Args:
             pb: (B, D), one PB a sequence.
@@ -130,19 +124,30 @@ class RNNPB(nn.Module):
         """
         hidden = self.config.hidden_size
         gates = pb @ self.weight_pb.T + self.bias  # (B, 4H); x_0 = h_0 = 0
-        i, f, g, o = gates.split(hidden, dim=-1)
+        i, _, g, o = gates.split(hidden, dim=-1)
         c = torch.sigmoid(i) * torch.tanh(g)  # c_0 = 0: nothing to forget
         h = torch.sigmoid(o) * torch.tanh(c)  # (B, H)
         outputs = h[None]  # (1, B, H)
         if steps > 1:
-            folded = {
-                "weight_ih_l0": self.weight_pb,
-                "weight_hh_l0": self.weight_hidden + self.weight_frame @ self.weight_out,
-                "bias_ih_l0": self.bias + self.weight_frame @ self.bias_out,
-                "bias_hh_l0": torch.zeros_like(self.bias),
-            }
+            folded = (
+                self.weight_pb,
+                self.weight_hidden + self.weight_frame @ self.weight_out,
+                self.bias + self.weight_frame @ self.bias_out,
+                torch.zeros_like(self.bias),
+            )
             inputs = pb.expand(steps - 1, -1, -1).contiguous()  # (T - 1, B, D)
-            rest, _ = functional_call(self._kernel[0], folded, (inputs, (h[None], c[None])))
+            # What nn.LSTM calls, without a module: several threads may generate at once.
+            rest, _, _ = torch.lstm(
+                inputs,
+                (h[None], c[None]),
+                folded,
+                has_biases=True,
+                num_layers=1,
+                dropout=0.0,
+                train=torch.is_grad_enabled(),
+                bidirectional=False,
+                batch_first=False,
+            )
             outputs = torch.cat([outputs, rest])  # (T, B, H)
         return (outputs @ self.weight_out.T + self.bias_out).transpose(0, 1)  # (B, T, J)
 
