@@ -7,17 +7,23 @@ posture mirrored, 72 motions in all.
 
 from __future__ import annotations
 
-import csv
+import hashlib
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .csv_table import CsvTable, read_csv_bytes
 from .errors import InputError
 from .model import MotionLabel
-from .motion import MAX_ANGLE, Motion, read_motion
+from .motion import MAX_CSV_BYTES, Motion, check_length, read_motion
+
+if TYPE_CHECKING:
+    from .model import RNNPB
 
 REBL_PEPPER_FPS = 25.0
 PEPPER_JOINTS = (
@@ -43,7 +49,12 @@ PEPPER_JOINTS = (
 _SIGN_FLIPPED = {"HeadYaw", "HipRoll"} | {
     side + joint for side in "LR" for joint in ("ShoulderRoll", "ElbowRoll", "ElbowYaw", "WristYaw")
 }
+_TWIN = {"L": "R", "R": "L"}
 MIRROR_SUFFIX = "_tr"
+MAX_DATA_BYTES = 100_000_000
+LABEL_FILES = ("labels_augmented.csv", "labels_raw.csv", "labels.csv")
+# Columns of a folder's files that count frames or name the motion instead of moving a joint.
+_NO_JOINTS = {"", "id", "index", "frame", "time", "timestamp", "t", "unnamed: 0"}
 
 
 @dataclass(frozen=True)
@@ -62,26 +73,68 @@ class Dataset:
     def fps(self) -> float:
         return self.motions[0].fps
 
+    @property
+    def sha256(self) -> str:
+        """A fingerprint of names and values, whatever file they came from."""
+        digest = hashlib.sha256()
+        for motion in self.motions:
+            digest.update(repr((motion.name, motion.joints, motion.positions.shape)).encode())
+            digest.update(np.ascontiguousarray(motion.positions, dtype="<f4").tobytes())
+        return digest.hexdigest()
 
-def load_dataset(
-    path: str | os.PathLike[str], joints: tuple[str, ...] | None = None
-) -> Dataset:
+    def for_model(self, model: RNNPB) -> Dataset:
+        """The motions that the model has learned, in the order of its PBs.
+
+        A model that knows its motions' names gets them by name; a published one, which does not,
+        by the order of the names.
+
+        Raises:
+            InputError: other joints, or not the motions that the model has learned.
+        """
+        joints = model.info.joints
+        missing = [joint for joint in joints if joint not in self.joints]
+        if missing:
+            raise InputError(f"the data have no joint {', '.join(missing)}, which the model moves")
+        by_name = {motion.name: motion for motion in self.motions}
+        names = model.info.motions or tuple(by_name)
+        absent = [name for name in names if name not in by_name]
+        if absent:
+            raise InputError(f"the data lack motions the model has learned: {', '.join(absent)}")
+        if len(names) != model.config.num_motions:
+            raise InputError(
+                f"the data have {len(names)} motions, the model has learned "
+                f"{model.config.num_motions} and does not say their names"
+            )
+        order = [self.joints.index(joint) for joint in joints]
+        motions = tuple(
+            Motion(name, joints, by_name[name].positions[:, order], by_name[name].fps)
+            for name in names
+        )
+        return Dataset(motions, {name: self.labels[name] for name in names}, self.attribution)
+
+
+def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = None) -> Dataset:
     """Load REBL-Pepper's `data_raw.csv` (mirrored to 72 motions) or a folder of CSV files.
 
     Args:
         path: the file, the folder that holds `data_raw.csv`, or a folder of one CSV a motion.
-        joints: the joints to read from a folder's files; by default the header of its first file,
-            less an index column.
+        joints: the joints to read from a folder's files. By default Pepper's where the first file
+            has them all, else all its named columns that are no index.
 
     Raises:
         InputError: nothing there, or a file that is not what it should be.
     """
     path = Path(path)
-    if path.is_dir():
-        original = path / "data_raw.csv"
-        return _load_rebl_pepper(original) if original.is_file() else _load_folder(path, joints)
-    if path.is_file():
-        return _load_rebl_pepper(path)
+    try:
+        if path.is_dir():
+            for folder in (path, path / "original_animations"):  # as in the published repository
+                if (folder / "data_raw.csv").is_file():
+                    return _load_rebl_pepper(folder / "data_raw.csv")
+            return _load_folder(path, joints)
+        if path.is_file():
+            return _load_rebl_pepper(path)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
     raise InputError(f"no data at {path}; give REBL-Pepper's data_raw.csv or a folder of CSV files")
 
 
@@ -96,68 +149,101 @@ def mirror(motion: Motion) -> Motion:
     return Motion(motion.name + MIRROR_SUFFIX, motion.joints, mirrored, motion.fps)
 
 
-_TWIN = {"L": "R", "R": "L"}
-
-
 def behavior_class(name: str) -> str:
     """The emotion in a REBL-Pepper name: `Happy_4_tr` -> `Happy`."""
     return re.sub(r"(_\d+)?(_tr)?$", "", name)
 
 
 def _load_rebl_pepper(path: Path) -> Dataset:
+    table = CsvTable(read_csv_bytes(path, MAX_DATA_BYTES), path.name, ("id", *PEPPER_JOINTS))
+    if "id" not in table.first.cells:
+        raise InputError(
+            f"{path.name} is not REBL-Pepper's data_raw.csv, it has no column id; motions of one "
+            "CSV file each go into a folder"
+        )
+    [name_column, *columns] = table.columns(("id", *PEPPER_JOINTS))
     frames: dict[str, list[list[float]]] = {}
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        reader = csv.DictReader(file)
-        missing = {"id", *PEPPER_JOINTS} - set(reader.fieldnames or ())
-        if missing:
-            raise InputError(
-                f"{path.name} is not REBL-Pepper's data_raw.csv: no column "
-                + ", ".join(sorted(missing))
-            )
-        for row in reader:
-            try:
-                values = [float(row[joint]) for joint in PEPPER_JOINTS]
-            except (TypeError, ValueError) as error:
-                raise InputError(f"{path.name}, row {reader.line_num}: {error}") from error
-            if not np.all(np.abs(values) < MAX_ANGLE):  # false for NaN, too
-                raise InputError(f"{path.name}, row {reader.line_num}: no plausible angles")
-            frames.setdefault(row["id"], []).append(values)
-    originals = [
+    for row in table:
+        name = row.cells[name_column]
+        if not name:
+            raise InputError(f"{row.where}, column id: no name of a motion")
+        frames.setdefault(name, []).append(table.values(row, columns, PEPPER_JOINTS))
+    if not frames:
+        raise InputError(f"{path.name} has a header and no frames")
+    for name, rows in frames.items():
+        check_length(len(rows), f"{path.name}, motion {name}")
+    motions = [
         Motion(name, PEPPER_JOINTS, np.array(rows, dtype=np.float32), REBL_PEPPER_FPS)
         for name, rows in frames.items()
     ]
-    motions = sorted([*originals, *map(mirror, originals)], key=lambda motion: motion.name)
+    # The published data_augmented.csv has the mirrored motions already.
+    motions += [mirror(m) for m in motions if not _mirrored(m.name, frames)]
+    motions.sort(key=lambda motion: motion.name)
     return Dataset(
         tuple(motions),
-        _labels(path.with_name("labels_augmented.csv"), [motion.name for motion in motions]),
+        _labels(path.parent, [motion.name for motion in motions]),
         attribution="REBL-Pepper, M. Marmpena et al., CC BY 4.0; mirrored",
     )
 
 
+def _mirrored(name: str, names: Iterable[str]) -> bool:
+    return name.endswith(MIRROR_SUFFIX) or name + MIRROR_SUFFIX in names
+
+
 def _load_folder(path: Path, joints: tuple[str, ...] | None) -> Dataset:
-    files = sorted(path.glob("*.csv"), key=lambda file: file.stem)
+    files = sorted(
+        (
+            file
+            for file in path.iterdir()
+            if file.suffix.lower() == ".csv"
+            and not file.name.startswith(".")
+            and file.name not in LABEL_FILES
+        ),
+        key=lambda file: file.stem,
+    )
     if not files:
-        raise InputError(f"no CSV file in {path}")
-    if joints is None:
-        with files[0].open(encoding="utf-8-sig", newline="") as file:
-            header = file.readline()
-        cells = next(csv.reader([header], delimiter=max(",;\t", key=header.count)), [])
-        joints = tuple(cell.strip() for cell in cells if cell.strip())
-        if any(re.fullmatch(r"[-+.\deE]+", joint) for joint in joints):
-            raise InputError(f"{files[0].name} has no header of joint names")
-    motions = tuple(read_motion(file, joints) for file in files)
-    names = [motion.name for motion in motions]
-    return Dataset(motions, {name: MotionLabel(behavior_class(name)) for name in names})
+        raise InputError(f"no CSV file in {path}; expected one a motion")
+    names = [file.stem for file in files]
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise InputError(f"{path} has more than one file for {', '.join(sorted(twice))}")
+    joints = joints or _joints(files[0])
+    motions = tuple(read_motion(file, joints, fps=REBL_PEPPER_FPS) for file in files)
+    return Dataset(motions, _labels(path, names))
 
 
-def _labels(path: Path, names: list[str]) -> dict[str, MotionLabel]:
+def _joints(file: Path) -> tuple[str, ...]:
+    """The joints that a motion file names in its header."""
+    table = CsvTable(read_csv_bytes(file, MAX_CSV_BYTES), file.name, PEPPER_JOINTS)
+    if not table.first_is_header(PEPPER_JOINTS):
+        raise InputError(f"{file.name} has no header; expected the names of the joints")
+    names = table.first.cells
+    if set(PEPPER_JOINTS) <= set(names):
+        return PEPPER_JOINTS
+    joints = tuple(name for name in names if name.lower() not in _NO_JOINTS)
+    if not joints:
+        raise InputError(f"{file.name} names no joints in its header")
+    return joints
+
+
+def _labels(folder: Path, names: list[str]) -> dict[str, MotionLabel]:
     """Valence and arousal from the label file that lies beside the data, where it does."""
-    labels = {name: MotionLabel(behavior_class(name)) for name in names}
-    if path.is_file():
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            for row in csv.DictReader(file):
-                if row["id"] in labels:
-                    labels[row["id"]] = MotionLabel(
-                        behavior_class(row["id"]), float(row["valence"]), float(row["arousal"])
-                    )
+    path = next((folder / name for name in LABEL_FILES if (folder / name).is_file()), None)
+    rated = {} if path is None else _read_labels(path)
+    unknown: tuple[float | None, float | None] = (None, None)
+    labels = {}
+    for name in names:
+        # A mirrored motion expresses what its original does.
+        ratings = rated.get(name) or rated.get(name.removesuffix(MIRROR_SUFFIX)) or unknown
+        labels[name] = MotionLabel(behavior_class(name), *ratings)
     return labels
+
+
+def _read_labels(path: Path) -> dict[str, tuple[float, float]]:
+    table = CsvTable(read_csv_bytes(path, MAX_CSV_BYTES), path.name, ("id", "valence", "arousal"))
+    [name_column, *columns] = table.columns(("id", "valence", "arousal"))
+    rated = {}
+    for row in table:
+        valence, arousal = table.values(row, columns, ("valence", "arousal"))
+        rated[row.cells[name_column]] = (valence, arousal)
+    return rated

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .csv_table import CsvTable, Unit, read_csv_bytes
 from .errors import InputError
+from .files import replacing
 
 MAX_CSV_BYTES = 8_000_000  # ten minutes at 25 Hz with 17 joints and 48 LED columns take 7 MB
 MAX_FRAMES = 5_000
 MIN_FRAMES = 2
-MAX_ANGLE = 4 * math.pi  # no joint turns twice around; more is degrees or rubbish
+OPENINGS = frozenset({"LHand", "RHand"})  # not angles: shares of an opening, from 0 to 1
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def read_motion(
     joints: tuple[str, ...],
     *,
     fps: float = 25.0,
-    unit: Literal["radians", "degrees"] = "radians",
+    unit: Unit = "radians",
 ) -> Motion:
     """Read one motion from a CSV file; see `parse_motion`.
 
@@ -57,12 +57,7 @@ def read_motion(
         InputError: the file cannot be read, or its content is not a motion.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > MAX_CSV_BYTES:
-            raise InputError(f"{path} is larger than {MAX_CSV_BYTES} bytes")
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    content = read_csv_bytes(path, MAX_CSV_BYTES)
     return parse_motion(content, joints, name=path.stem, source=path.name, fps=fps, unit=unit)
 
 
@@ -71,96 +66,57 @@ def parse_motion(
     joints: tuple[str, ...],
     *,
     name: str,
-    source: str,
+    source: str = "the file",
     fps: float = 25.0,
-    unit: Literal["radians", "degrees"] = "radians",
+    unit: Unit = "radians",
 ) -> Motion:
-    """Parse the bytes of a CSV file as a motion of the given joints.
+    """A motion from the bytes of a CSV file.
 
-    With a header, columns go by name in any order and other columns (an index, LEDs) are ignored;
-    without one there must be exactly one column a joint, in the order of `joints`. UTF-8 with or
-    without BOM; comma, semicolon or tab.
+    With a header the columns go by name, in any order, and others (an index, eye LEDs) are ignored.
+    Without a header there must be exactly one column a joint, in the order of `joints`. UTF-8 with
+    or without BOM; comma, semicolon or tab.
 
     Args:
         source: what to call the file in messages.
+        unit: of the file's angles; the motion's are radians. Openings of hands are neither.
 
     Raises:
         InputError: not a motion; the message names the row (as an editor counts lines) and column.
     """
     if len(content) > MAX_CSV_BYTES:
-        raise InputError(f"{source} is larger than {MAX_CSV_BYTES} bytes")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{source} is not UTF-8 text (byte {error.start})") from error
-    first = text.partition("\n")[0]
-    delimiter = max(",;\t", key=first.count)
-    try:
-        rows = [
-            (number, [cell.strip() for cell in row])
-            for number, row in enumerate(csv.reader(io.StringIO(text), delimiter=delimiter), 1)
-            if any(cell.strip() for cell in row)
-        ]
-    except csv.Error as error:
-        raise InputError(f"{source} is not a CSV file: {error}") from error
-    if not rows:
-        raise InputError(f"{source} is empty; expected a header and one row a frame")
-
-    header = rows[0][1]
-    if any(cell and not _is_number(cell) for cell in header):
-        missing = [joint for joint in joints if joint not in header]
-        if missing:
-            raise InputError(f"{source} has no column for {', '.join(missing)}")
-        columns = [header.index(joint) for joint in joints]
-        rows = rows[1:]
-    elif len(header) == len(joints):
+        raise InputError(f"{source} is too large; a motion has at most {MAX_CSV_BYTES / 1e6:g} MB")
+    table = CsvTable(content, source, joints)
+    frames: list[list[float]] = []
+    if table.first_is_header(joints):
+        columns = table.columns(joints)
+    elif len(table.first.cells) == len(joints):
         columns = list(range(len(joints)))
+        frames.append(table.values(table.first, columns, joints, unit))
     else:
         raise InputError(
-            f"{source} has no header and {len(header)} columns; "
+            f"{source} has no header and {len(table.first.cells)} columns; "
             f"without a header there must be exactly {len(joints)}"
         )
-    width = len(header)
-
-    if not MIN_FRAMES <= len(rows) <= MAX_FRAMES:
-        raise InputError(
-            f"{source} has {len(rows)} frames; a motion has from {MIN_FRAMES} to {MAX_FRAMES}"
-        )
-    limit = MAX_ANGLE if unit == "radians" else math.degrees(MAX_ANGLE)
-    positions = np.empty((len(rows), len(joints)), dtype=np.float32)
-    for frame, (number, row) in enumerate(rows):
-        if len(row) != width:
-            raise InputError(f"{source}, row {number}: {len(row)} columns, expected {width}")
-        for joint, column in enumerate(columns):
-            positions[frame, joint] = _cell(row[column], source, number, joints[joint], limit)
+    for row in table:
+        if len(frames) == MAX_FRAMES:
+            raise InputError(f"{source} has more than {MAX_FRAMES} frames, too many for a motion")
+        frames.append(table.values(row, columns, joints, unit))
+    check_length(len(frames), source)
+    positions = np.array(frames)
     if unit == "degrees":
-        positions = np.radians(positions)
-    return Motion(name, joints, positions, fps)
+        angles = [joint not in OPENINGS for joint in joints]
+        positions[:, angles] = np.radians(positions[:, angles])
+    return Motion(name, joints, positions.astype(np.float32), fps)
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _cell(cell: str, source: str, row: int, column: str, limit: float) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise InputError(
-            f"{source}, row {row}, column {column}: {cell[:20]!r} is no number"
-        ) from None
-    if not math.isfinite(value):
-        raise InputError(f"{source}, row {row}, column {column}: {cell} is not finite")
-    if abs(value) > limit:
-        raise InputError(
-            f"{source}, row {row}, column {column}: {value:g} is no plausible angle "
-            f"(at most {limit:.3g}); is the file in degrees?"
-        )
-    return value
+def check_length(frames: int, what: str) -> None:
+    """
+    Raises:
+        InputError: too short or too long for a motion.
+    """
+    if not MIN_FRAMES <= frames <= MAX_FRAMES:
+        count = "1 frame" if frames == 1 else f"{frames} frames"
+        raise InputError(f"{what} has {count}; a motion has from {MIN_FRAMES} to {MAX_FRAMES}")
 
 
 def format_motion(motion: Motion) -> str:
@@ -168,10 +124,17 @@ def format_motion(motion: Motion) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(motion.joints)
-    writer.writerows([f"{value:.9g}" for value in row] for row in motion.positions)
+    # Nine significant digits determine a float32.
+    writer.writerows([f"{value:.9g}" for value in row] for row in motion.positions.tolist())
     return out.getvalue()
 
 
 def write_motion(motion: Motion, path: str | os.PathLike[str]) -> None:
-    """Write the motion as a CSV file that `read_motion` gives back to the bit."""
-    Path(path).write_text(format_motion(motion), encoding="utf-8")
+    """Write the motion as a CSV file that `read_motion` gives back to the bit.
+
+    Raises:
+        InputError: the file cannot be written; one that was there is as it was.
+    """
+    text = format_motion(motion)
+    with replacing(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="")

@@ -1,0 +1,14 @@
+"""The commands of `rnnpb`, one module each, in the order in which the help lists them."""
+
+from __future__ import annotations
+
+from . import evaluate, generate, info, landscape, recognize, train
+
+COMMANDS = (
+    info.COMMAND,
+    generate.COMMAND,
+    landscape.COMMAND,
+    recognize.COMMAND,
+    train.COMMAND,
+    evaluate.COMMAND,
+)

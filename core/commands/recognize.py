@@ -1,0 +1,95 @@
+"""`rnnpb recognize`: find the PB that explains a motion."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import InputError
+from ..files import check_writable, replacing
+from ..motion import read_motion
+from .command import (
+    Command,
+    add_checkpoint,
+    add_device,
+    add_seed,
+    add_unit,
+    load_model,
+    real,
+    whole,
+)
+from .progress import steps_bar
+
+MAX_CANDIDATES = 100_000
+MAX_ITERATIONS = 100_000
+MAX_TRIALS = 1_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_checkpoint(parser)
+    parser.add_argument("motion", metavar="x.csv", help="the motion to recognise")
+    add_unit(parser)
+    parser.add_argument(
+        "--init",
+        choices=("baseline", "learned", "random"),
+        default="learned",
+        help="warm start: mu = 0, the best learned mu, the best of --candidates; default: learned",
+    )
+    parser.add_argument(
+        "--candidates",
+        type=whole(1, MAX_CANDIDATES),
+        default=100,
+        help="draws of the warm start random; default: 100",
+    )
+    parser.add_argument(
+        "--observed",
+        type=real(above=0.0, maximum=1.0),
+        default=0.8,
+        help="share of the frames that is seen; default: 0.8",
+    )
+    parser.add_argument("--iterations", type=whole(1, MAX_ITERATIONS), default=100)
+    parser.add_argument("--trials", type=whole(1, MAX_TRIALS), default=10)
+    parser.add_argument(
+        "--method", choices=("paper",), default="paper", help="the published procedure"
+    )
+    add_seed(parser)
+    add_device(parser)
+    parser.add_argument("--out", required=True, metavar="R.npz")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    out = Path(arguments.out)
+    if out.suffix.lower() != ".npz":
+        raise InputError(f"--out {out}: the name of a result ends in .npz")
+    check_writable(out)
+    model, _ = load_model(arguments.ckpt)
+    motion = read_motion(
+        arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit
+    )
+
+    from ..device import choose_device
+    from ..recognition import RecognitionConfig, RecognitionResult, recognize
+
+    config = RecognitionConfig(
+        init=arguments.init,
+        candidates=arguments.candidates,
+        observed=arguments.observed,
+        iterations=arguments.iterations,
+        trials=arguments.trials,
+        seed=arguments.seed,
+    )
+    model.to(choose_device(arguments.device))
+    steps = steps_bar(recognize(model, motion.positions, config), config.iterations, "recognising")
+    result = RecognitionResult.from_steps(steps)
+    with replacing(out) as beside:
+        result.save(beside)
+    print(f"{config.trials} trials of {config.iterations} iterations: {out}")
+    for what in ("reconstruction_loss", "prediction_error"):
+        last, best = getattr(result, what), getattr(result, f"best_{what}")
+        print(
+            f"{what.replace('_', ' ')}: last iterate {last.mean():.6f} (sd {last.std():.6f}), "
+            f"best iterate {best.mean():.6f} (sd {best.std():.6f}), best trial {best.min():.6f}"
+        )
+
+
+COMMAND = Command("recognize", "Find the PB that explains a motion.", add_arguments, run)

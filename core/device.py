@@ -1,0 +1,24 @@
+"""Where torch computes: the processor or a GPU."""
+
+from __future__ import annotations
+
+import torch
+
+from .errors import InputError
+
+DEVICES = ("auto", "cpu", "cuda")
+
+
+def choose_device(name: str) -> torch.device:
+    """The device that `--device` names; `auto` takes a GPU where there is one.
+
+    Raises:
+        InputError: no such device, or torch sees no GPU here.
+    """
+    if name not in DEVICES:
+        raise InputError(f"no device {name!r}; there are: {', '.join(DEVICES)}")
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    if name == "cuda" and not torch.cuda.is_available():
+        raise InputError("device cuda: torch finds no GPU on this machine; auto or cpu will do")
+    return torch.device(name)
