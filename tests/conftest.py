@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,29 @@ from rnnpb_explorer.core.data import Dataset, load_dataset
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo, MotionLabel
 
 SHARED = Path(__file__).parents[2] / "shared"  # data and published checkpoints; not for shipping
+
+BROWSER_REQUIRED = os.environ.get("RNNPB_REQUIRE_BROWSER") == "1"
+browser_outcomes: Counter[str] = Counter()
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    if "browser" in report.keywords and (report.when == "call" or report.outcome != "passed"):
+        browser_outcomes[report.outcome] += 1
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where a browser is required, a run that skipped browser tests or had none has failed."""
+    if not BROWSER_REQUIRED or session.config.option.collectonly:
+        return
+    if browser_outcomes["skipped"] or not browser_outcomes["passed"]:
+        session.exitstatus = session.exitstatus or pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if BROWSER_REQUIRED:
+        counts = ", ".join(f"{count} {what}" for what, count in browser_outcomes.items())
+        terminalreporter.write_line(f"browser tests (required): {counts or 'none'}")
 
 
 def _shared(*parts: str) -> Path:

@@ -1,0 +1,70 @@
+"""One server and one headless Chromium for all browser tests, and a fresh window for each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from explorer_page import ExplorerPage
+
+from rnnpb_explorer.app.screenshot import chromium
+from rnnpb_explorer.app.server import App, ServerOptions, start
+from rnnpb_explorer.core import InputError, shipped_checkpoints
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+HERE = Path(__file__).parent
+Open = Callable[..., ExplorerPage]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    try:
+        with chromium() as launched:
+            yield launched
+    except InputError as error:
+        if os.environ.get("RNNPB_REQUIRE_BROWSER") == "1":
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def app() -> Iterator[App]:
+    """The app on the shipped checkpoint, on a free port, without any data set."""
+    if "strong" not in shipped_checkpoints():
+        pytest.skip("checkpoints/strong.pt is not there")
+    running = start(ServerOptions(port=0))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def open_explorer(browser: Browser, app: App, request: pytest.FixtureRequest) -> Iterator[Open]:
+    """Open windows with the app; each is photographed and closed after the test."""
+    opened: list[ExplorerPage] = []
+
+    def open_page(width: int = 1280, height: int = 720) -> ExplorerPage:
+        opened.append(ExplorerPage.open(browser, app.url, width, height))
+        return opened[-1]
+
+    yield open_page
+    for number, explorer in enumerate(opened):
+        suffix = f"-{number + 1}" if len(opened) > 1 else ""
+        explorer.screenshot(request.node.name + suffix)
+        explorer.close()
+
+
+@pytest.fixture
+def explorer(open_explorer: Open) -> ExplorerPage:
+    """A window of 1280x720 with the app in it, ready."""
+    return open_explorer()

@@ -1,0 +1,204 @@
+"""The explorer in a headless browser: what a person does and sees, in a few verbs.
+
+What viser 1.1.1's page offers, as found by looking:
+
+* The 3D canvas is `canvas[data-engine]`; curves have canvases of their own. It keeps its drawing
+  buffer, so `toDataURL` gives its pixels without the panels that float above it.
+* `window.__viserMutable` has the camera and the scene's objects by node name, posed as this browser
+  has them: tests see what arrived, not what was sent.
+* A slider is a number field beside a track; typing there sets the value at each keystroke.
+* A file input hides before each upload button. Notifications have the role `alert`.
+* Rendering is on demand; `?fixedDpr=1` keeps the resolution from falling on a slow machine.
+* Every tab of a tab group is in the page, only the chosen one is visible.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page
+
+from rnnpb_explorer.app.screenshot import CANVAS, URL_QUERY, wait_until_ready
+
+TIMEOUT_MS = 60_000  # software rendering on a busy machine; only a failing test waits so long
+ARTIFACTS = Path(__file__).parents[2] / "test-artifacts"
+
+Point = tuple[float, float]
+Pixels = NDArray[np.int16]  # (height, width, 3), signed so that they can be subtracted
+
+# Where a node stands on the page, in CSS pixels: what the browser itself would draw there.
+_SCREEN_POSITION = """(name) => {
+    const mutable = window.__viserMutable, node = mutable.nodeRefFromName[name];
+    if (!node) return null;
+    const at = node.getWorldPosition(node.position.clone()).project(mutable.camera);
+    const box = mutable.canvas.getBoundingClientRect();
+    return [box.x + (at.x + 1) / 2 * box.width, box.y + (1 - at.y) / 2 * box.height];
+}"""
+_CORNERS = """([name, size]) => {
+    const mutable = window.__viserMutable, node = mutable.nodeRefFromName[name];
+    const box = mutable.canvas.getBoundingClientRect();
+    return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([x, y]) => {
+        const corner = node.position.clone().set(x * size[0] / 2, y * size[1] / 2, 0);
+        const at = node.localToWorld(corner).project(mutable.camera);
+        return [box.x + (at.x + 1) / 2 * box.width, box.y + (1 - at.y) / 2 * box.height];
+    });
+}"""
+_POSES = """(prefix) => Object.fromEntries(
+    Object.entries(window.__viserMutable.nodeRefFromName)
+        .filter(([name, node]) => node && name.startsWith(prefix))
+        .map(([name, { quaternion, position }]) =>
+            [name, [...quaternion.toArray(), ...position.toArray()]]))"""
+_SET_VISIBLE = """([name, visible]) => {
+    window.__viserMutable.nodeRefFromName[name].visible = visible;
+    window.__viserMutable.requestRender();
+}"""
+_TWO_FRAMES = """() => new Promise((done) => {
+    window.__viserMutable.requestRender();
+    requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done())));
+})"""
+
+
+@dataclass
+class ExplorerPage:
+    """One browser window with the app in it."""
+
+    page: Page
+    console_errors: list[str] = field(default_factory=list)
+
+    @classmethod
+    def open(cls, browser: Browser, url: str, width: int = 1280, height: int = 720) -> ExplorerPage:
+        """A window of its own (nothing shared with others), ready to be used."""
+        context = browser.new_context(viewport={"width": width, "height": height})
+        context.set_default_timeout(TIMEOUT_MS)
+        explorer = cls(context.new_page())
+        explorer.page.on("console", explorer._note_console)
+        explorer.page.on("pageerror", lambda error: explorer.console_errors.append(str(error)))
+        explorer.page.goto(url + URL_QUERY)
+        explorer.wait_ready()
+        return explorer
+
+    def _note_console(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.console_errors.append(message.text)
+
+    def wait_ready(self) -> None:
+        wait_until_ready(self.page)
+
+    def reload(self) -> None:
+        self.page.reload()
+        self.wait_ready()
+
+    def close(self) -> None:
+        self.page.context.close()
+
+    # --- what one sees ---
+    def canvas_pixels(self) -> Pixels:
+        """(height, width, 3): the 3D canvas without the panels."""
+        self.page.evaluate(_TWO_FRAMES)
+        url: str = self.page.locator(CANVAS).evaluate("(canvas) => canvas.toDataURL('image/png')")
+        png = base64.b64decode(url.partition(",")[2])
+        return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(np.int16)
+
+    def still_pixels(self) -> Pixels:
+        """The canvas once two looks in a row see the same."""
+        pixels = self.canvas_pixels()
+        for _ in range(40):
+            before, pixels = pixels, self.canvas_pixels()
+            if before.shape == pixels.shape and not np.any(before != pixels):
+                return pixels
+        raise AssertionError("the canvas does not come to rest")
+
+    def screenshot(self, name: str) -> Path:
+        """Keep a picture of the page among the artefacts of the run."""
+        ARTIFACTS.mkdir(exist_ok=True)
+        path = ARTIFACTS / f"{name}.png"
+        self.page.screenshot(path=path)
+        return path
+
+    def canvas_box(self) -> tuple[float, float, float, float]:
+        """x, y, width, height of the 3D canvas on the page."""
+        box = self.page.locator(CANVAS).bounding_box()
+        assert box is not None
+        return box["x"], box["y"], box["width"], box["height"]
+
+    def position(self, node: str) -> Point:
+        """Where a scene node stands on the page."""
+        self.wait_for(lambda: self.page.evaluate(_SCREEN_POSITION, node), f"no node {node}")
+        x, y = self.page.evaluate(_SCREEN_POSITION, node)
+        return x, y
+
+    def corners(self, node: str, size: Point) -> list[Point]:
+        """Where the corners of a flat node of this size (width, height) stand on the page."""
+        return [(x, y) for x, y in self.page.evaluate(_CORNERS, [node, list(size)])]
+
+    def poses(self, prefix: str) -> dict[str, tuple[float, ...]]:
+        """Rotation (x, y, z, w) and position of the nodes below a name, in this browser."""
+        found: dict[str, list[float]] = self.page.evaluate(_POSES, prefix)
+        return {name: tuple(pose) for name, pose in found.items()}
+
+    def set_visible(self, node: str, visible: bool) -> None:
+        """Hide or show a node in this browser only; the app does not know of it."""
+        self.page.evaluate(_SET_VISIBLE, [node, visible])
+
+    def alert(self, text: str) -> Locator:
+        """The notification that holds this text."""
+        return self.page.get_by_role("alert").filter(has_text=text)
+
+    def text(self, text: str) -> Locator:
+        return self.page.get_by_text(text).first
+
+    # --- what one does ---
+    def tab(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
+    def click(self, button: str) -> None:
+        self.page.get_by_role("button", name=button, exact=True).click()
+
+    def field(self, label: str) -> Locator:
+        """The input beside a label; a slider's number field."""
+        row = self.page.locator(f'label:text-is("{label}")').locator(
+            "xpath=ancestor::div[.//input][1]"
+        )
+        return row.locator("input:not([type=hidden])").first
+
+    def value(self, label: str) -> float:
+        return float(self.field(label).input_value())
+
+    def set_value(self, label: str, value: float) -> None:
+        """Type into the number field of a slider."""
+        self.field(label).fill(f"{value:g}")
+
+    def drag(self, start: Point, end: Point, steps: int = 8) -> None:
+        """Press, move, release; slowly enough for viser's 50 ms between drag messages."""
+        mouse = self.page.mouse
+        mouse.move(*start)
+        self.page.evaluate(_TWO_FRAMES)  # the canvas learns what is under the pointer
+        mouse.down()
+        for step in range(1, steps + 1):
+            share = step / steps
+            mouse.move(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+            self.page.wait_for_timeout(60)
+        mouse.up()
+
+    def upload(self, name: str, content: bytes) -> None:
+        """Choose a file behind the first upload button of the page."""
+        self.page.locator('input[type="file"]').first.set_input_files(
+            files=[{"name": name, "mimeType": "text/csv", "buffer": content}]
+        )
+
+    # --- waiting ---
+    def wait_for(self, condition: Callable[[], Any], otherwise: str) -> None:
+        """Wait until a condition holds, looking ten times a second."""
+        for _ in range(TIMEOUT_MS // 100):
+            if condition():
+                return
+            self.page.wait_for_timeout(100)
+        raise AssertionError(f"{otherwise} after {TIMEOUT_MS / 1000:g} s")
