@@ -14,11 +14,11 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
+from .batching import chunks
 from .errors import Cancelled, InputError
 from .model import RNNPB
 
 COARSE_CELLS = 6  # cells along each axis of the first, coarse stage
-CHUNK_FRAMES = 16_000  # frames generated between two looks at `cancelled`: about 114 motions
 NEAR_MAXIMUM = 0.9  # `area` counts the cells above this share of the maximum
 
 
@@ -200,7 +200,7 @@ class _Cells:
         frames, mu = len(self._target), self._model.mu
         pbs = torch.as_tensor(self._pbs[mask]).to(mu)  # (B, D)
         correlations = []
-        for chunk in pbs.split(max(1, CHUNK_FRAMES // frames)):
+        for chunk in chunks(pbs, frames):
             if cancelled is not None and cancelled():
                 raise Cancelled
             correlations.append(pearson(self._model.generate(chunk, frames), self._target))

@@ -1,0 +1,13 @@
+"""How many motions to generate at once: enough to fill the processor, not the memory."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+CHUNK_FRAMES = 16_000  # about 114 motions of 140 frames; their hidden states take 16 MB
+
+
+def chunks(pbs: Tensor, frames: int) -> tuple[Tensor, ...]:
+    """Split PBs (B, D) into chunks (b, D) to generate `frames` frames of each in one batch."""
+    parts: tuple[Tensor, ...] = pbs.split(max(1, CHUNK_FRAMES // frames))
+    return parts
