@@ -10,9 +10,9 @@ from pathlib import Path
 
 from rnnpb_explorer.core.cli import main as run_command
 from rnnpb_explorer.core.commands import COMMANDS
-from rnnpb_explorer.core.commands.command import Command, whole
+from rnnpb_explorer.core.commands.command import Command, add_data, whole
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.core.files import check_writable
+from rnnpb_explorer.core.files import check_writable, replacing
 
 SMALLEST, LARGEST = (320, 240), (7680, 4320)
 
@@ -32,6 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frame", type=whole(0, 1_000_000), metavar="N")
     parser.add_argument("--state", metavar="CODE", help="a state code, copied from the app")
     parser.add_argument("--size", type=_size, default=(1280, 720), help="default: 1280x720")
+    add_data(parser)
+    parser.add_argument(
+        "--robot", default="pepper", metavar="R", help="pepper, PATH.urdf or NAME_description"
+    )
     parser.add_argument("--out", required=True, metavar="p.png")
 
 
@@ -42,14 +46,17 @@ def run(arguments: argparse.Namespace) -> None:
     check_writable(out)
     from .screenshot import take_screenshot  # a browser and a server: only when it is wanted
 
-    take_screenshot(
-        out,
-        checkpoints=arguments.ckpt or ["strong.pt"],
-        motion=arguments.motion,
-        frame=arguments.frame,
-        state=arguments.state,
-        size=arguments.size,
-    )
+    with replacing(out) as beside:
+        take_screenshot(
+            checkpoints=arguments.ckpt or (),
+            motion=arguments.motion,
+            frame=arguments.frame,
+            state_code=arguments.state,
+            size=arguments.size,
+            out=beside,
+            data=arguments.data,
+            robot=arguments.robot,
+        )
     print(out)
 
 
