@@ -11,11 +11,12 @@ import pytest
 from explorer_page import ExplorerPage
 
 from rnnpb_explorer.app.screenshot import chromium
-from rnnpb_explorer.app.server import App, ServerOptions, start
 from rnnpb_explorer.core import InputError, shipped_checkpoints
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
+
+    from rnnpb_explorer.app.server import App
 
 HERE = Path(__file__).parent
 Open = Callable[..., ExplorerPage]
@@ -43,6 +44,8 @@ def app() -> Iterator[App]:
     """The app on the shipped checkpoint, on a free port, without any data set."""
     if "strong" not in shipped_checkpoints():
         pytest.skip("checkpoints/strong.pt is not there")
+    from rnnpb_explorer.app.server import ServerOptions, start
+
     running = start(ServerOptions(port=0))
     yield running
     running.stop()
