@@ -1,12 +1,13 @@
 """Colours and fonts of the boards, chosen to survive colour blindness and a projector.
 
-The correlation scale is ColorBrewer's RdBu, the one of the paper's Fig. 4 (red -1, white 0, blue 1). Classes
-get one of Paul Tol's muted hues and, where those run out, another marker shape: shape never depends on
-seeing colour.
+The correlation scale is ColorBrewer's RdBu, the one of the paper's Fig. 4 (red -1, white 0, blue 1).
+Classes get one of Paul Tol's muted hues and, where those run out, another marker shape, which does
+not depend on seeing colour.
 """
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -28,11 +29,13 @@ AXIS: Color = (120, 128, 138)
 GRID: Color = (233, 236, 240)
 ZERO_LINE: Color = (206, 211, 218)
 TEXT: Color = (31, 38, 48)
+LABEL: Color = (66, 75, 88)
 MUTED: Color = (91, 101, 115)
 UNKNOWN: Color = (173, 179, 187)  # a motion without a rating, a cell without a correlation
 
 PATH: Color = (204, 51, 85)  # mu over the iterations, as in Figs. 5 and 6
 PATH_STRONG: Color = (158, 20, 52)
+PATH_ENDS: Color = (232, 28, 40)
 SAMPLE: Color = (17, 119, 51)  # the sampled PBs' crosses
 SELECTED: Color = (20, 26, 36)
 WARNING: Color = (180, 83, 9)
@@ -42,8 +45,8 @@ BUSY_FILL: Color = (236, 239, 243)
 DONE: Color = (21, 94, 62)
 DONE_FILL: Color = (223, 243, 232)
 
-# Tol's muted qualitative set without its two palest, which vanish on white; teal and wine are kept last
-# because only they can be taken for green and purple by a colour-blind eye.
+# Tol's muted qualitative set, less its palest, which vanish on white, and with Okabe and Ito's sky and
+# vermilion.
 CLASS_HUES: tuple[Color, ...] = (
     (51, 34, 136),  # indigo
     (204, 102, 119),  # rose
@@ -59,14 +62,14 @@ CLASS_HUES: tuple[Color, ...] = (
 )
 CLASS_SHAPES: tuple[Shape, ...] = ("circle", "diamond", "triangle", "square")
 
-_RD_BU = "67001f b2182b d6604d f4a582 fddbc7 f7f7f7 d1e5f0 92c5de 4393c3 2166ac 053061".split()
-_BR_BG = "543005 8c510a bf812d d9b66a e3d5ad d6d6d2 a5d6cd 62b5a8 35978f 01665e 003c30".split()
-_VIRIDIS = "fde725 b5de2b 6ece58 35b779 1f9e89 26828e 31688e 3e4989 482878 440154".split()
+_RD_BU = "67001f b2182b d6604d f4a582 fddbc7 f7f7f7 d1e5f0 92c5de 4393c3 2166ac 053061"
+_BR_BG = "543005 8c510a bf812d d9b66a e3d5ad d6d6d2 a5d6cd 62b5a8 35978f 01665e 003c30"
+_VIRIDIS = "fde725 b5de2b 6ece58 35b779 1f9e89 26828e 31688e 3e4989 482878 440154"
 
 
-def _table(anchors: Sequence[str], steps: int = 256) -> NDArray[np.uint8]:
+def _table(anchors: str, steps: int = 255) -> NDArray[np.uint8]:
     """(steps, 3) uint8: the anchors, evenly spread and linearly blended."""
-    colors = np.array([[int(a[i : i + 2], 16) for i in (0, 2, 4)] for a in anchors], float)
+    colors = np.array([[int(a[i : i + 2], 16) for i in (0, 2, 4)] for a in anchors.split()], float)
     at = np.linspace(0, len(colors) - 1, steps)
     columns = [np.interp(at, np.arange(len(colors)), colors[:, c]) for c in range(3)]
     table = np.rint(np.stack(columns, axis=1)).astype(np.uint8)
@@ -74,9 +77,9 @@ def _table(anchors: Sequence[str], steps: int = 256) -> NDArray[np.uint8]:
     return table
 
 
-CORRELATION = _table(_RD_BU, 255)  # odd, so that 0 has an entry of its own
-VALENCE = _table(_BR_BG, 255)
-AROUSAL = _table(_VIRIDIS, 255)
+CORRELATION = _table(_RD_BU)  # an odd number of steps: 0 has an entry of its own
+VALENCE = _table(_BR_BG)
+AROUSAL = _table(_VIRIDIS)
 
 
 def scale_colors(
@@ -95,14 +98,23 @@ def correlation_colors(correlation: ArrayLike) -> NDArray[np.uint8]:
     return scale_colors(correlation, CORRELATION, -1.0, 1.0)
 
 
+Scale = Literal["valence", "arousal"]
+SCALES: dict[Scale, NDArray[np.uint8]] = {"valence": VALENCE, "arousal": AROUSAL}
+
+
 @dataclass(frozen=True)
 class Legend:
-    """What the colours of the points mean: a caption, and a scale where there is one."""
+    """What the colours of the points mean: a caption, or a scale with a word for either end."""
 
-    caption: str
-    table: NDArray[np.uint8] | None = None  # (K, 3), low to high
+    caption: str = ""
+    scale: Scale | None = None
     low: str = ""
     high: str = ""
+
+    @property
+    def table(self) -> NDArray[np.uint8]:
+        """(K, 3) the scale's colours from low to high; no rows where there is no scale."""
+        return SCALES[self.scale] if self.scale else np.empty((0, 3), dtype=np.uint8)
 
 
 @dataclass(frozen=True)
@@ -127,7 +139,7 @@ def style_points(
 
     Args:
         by: what the colour says.
-        classes: N behaviour classes, for `by="class"`; equal ones look equal. Order does not matter.
+        classes: N behaviour classes, for `by="class"`; equal ones look equal, in any order.
         values: N ratings from 0 to 1, for valence and arousal; None or NaN where there is none.
     """
     if by == "class":
@@ -135,18 +147,19 @@ def style_points(
         rank = {name: i for i, name in enumerate(sorted(set(classes)))}
         ranks = [rank[name] for name in classes]
         rgb = np.array([CLASS_HUES[i % hues] for i in ranks], np.uint8).reshape(-1, 3)
-        marks = tuple(CLASS_SHAPES[i // hues % shapes] for i in ranks)
+        marks: tuple[Shape, ...] = tuple(CLASS_SHAPES[i // hues % shapes] for i in ranks)
         return PointStyle(rgb, marks, Legend("colour and shape: behaviour class"))
     numbers = np.array([np.nan if v is None else float(v) for v in values], dtype=np.float64)
-    table = VALENCE if by == "valence" else AROUSAL
+    rgb = scale_colors(numbers, SCALES[by], 0.0, 1.0)
     ends = ("negative", "positive") if by == "valence" else ("calm", "excited")
-    rgb = scale_colors(numbers, table, 0.0, 1.0)
-    return PointStyle(rgb, ("circle",) * len(rgb), Legend(by, table, *ends))
+    return PointStyle(rgb, ("circle",) * len(rgb), Legend(by, by, *ends))
 
 
 def plain_points(count: int, color: Color = CLASS_HUES[0]) -> PointStyle:
     """One look for all of `count` points: nothing is known of them but where they are."""
-    return PointStyle(np.tile(np.uint8(color), (count, 1)), ("circle",) * count, Legend(""))
+    rgb = np.tile(np.array(color, dtype=np.uint8), (count, 1))
+    shapes: tuple[Shape, ...] = ("circle",) * count
+    return PointStyle(rgb, shapes, Legend(""))
 
 
 @lru_cache(maxsize=64)
@@ -154,5 +167,4 @@ def font(size: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     """Inter at a size in pixels; it ships because Pillow's own font lacks μ, σ, × and −."""
     name = "Inter-SemiBold.ttf" if bold else "Inter-Medium.ttf"
     file = resources.files("rnnpb_explorer.static").joinpath("fonts", name)
-    with file.open("rb") as stream:
-        return ImageFont.truetype(stream, size)
+    return ImageFont.truetype(io.BytesIO(file.read_bytes()), size)

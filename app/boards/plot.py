@@ -1,18 +1,30 @@
-"""A board's plot area: where data lies on the picture, and the axes around it."""
+"""What both boards are made of: where data lies on the picture, axes, title, marks of state."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE
+from PIL import Image
+
+from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE, Color
 from .raster import Canvas, shorten, text_width
 
 Range = tuple[float, float]
 DESIGN_SIZE = 1024  # pixels; every length below is given for a board of this size
+
+
+def as_points(values: ArrayLike) -> NDArray[np.float64]:
+    """(N, 2) from (N, 2), (N, 1) or (N,); a missing second coordinate is 0."""
+    points = np.asarray(values, dtype=np.float64)
+    points = points.reshape(len(points), -1) if points.size else points.reshape(0, 2)
+    if points.shape[1] == 1:
+        points = np.concatenate([points, np.zeros_like(points)], axis=1)
+    return points[:, :2]
 
 
 @dataclass(frozen=True)
@@ -20,8 +32,8 @@ class PlotFrame:
     """The affine map between data coordinates and a board's picture, and back.
 
     x_range, y_range: the data at the plot area's left and right, bottom and top edge (low < high).
-    left, top, right, bottom: that area on the picture; u from 0 (left) to 1 (right), v from 0 (top) to
-    1 (bottom), whatever the picture's size in pixels or metres.
+    left, top, right, bottom: that area on the picture, in (u, v) from (0, 0) at its left top corner
+        to (1, 1) at its right bottom one, whatever its size in pixels or metres.
     """
 
     x_range: Range
@@ -50,7 +62,7 @@ class PlotFrame:
     def to_board(
         self, xy: ArrayLike, width: float = 1.0, height: float = 1.0
     ) -> NDArray[np.float64]:
-        """(..., 2) data -> (..., 2) metres right of and above the centre of a width x height board."""
+        """(..., 2) data -> (..., 2) metres right of and above a width x height board's centre."""
         uv = self.to_uv(xy)
         return np.stack([(uv[..., 0] - 0.5) * width, (0.5 - uv[..., 1]) * height], axis=-1)
 
@@ -80,6 +92,13 @@ class PlotFrame:
         return self.to_uv(xy) * size
 
 
+class Board(NamedTuple):
+    """A board's picture, (size, size, 3) uint8, and where data lies on it."""
+
+    picture: NDArray[np.uint8]
+    frame: PlotFrame
+
+
 @dataclass(frozen=True)
 class Area:
     """A plot area in whole pixels of a size x size picture."""
@@ -93,6 +112,11 @@ class Area:
     def frame(self, x_range: Range, y_range: Range) -> PlotFrame:
         edges = (value / self.size for value in (self.left, self.top, self.right, self.bottom))
         return PlotFrame(x_range, y_range, *edges)
+
+    @property
+    def scale(self) -> float:
+        """Pixels of this picture that one of the 1024-pixel design takes."""
+        return self.size / DESIGN_SIZE
 
     def scaled(self, length: float) -> int:
         """A length of the 1024-pixel design in this picture's pixels."""
@@ -132,12 +156,29 @@ def tick_label(value: float, decimals: int) -> str:
 
 def new_board(size: int) -> Canvas:
     """An empty board: light, in a thin dark frame whose inner corners are round."""
-    canvas = Canvas(np.empty((size, size, 3), dtype=np.uint8))
-    canvas.pixels[...] = FRAME
+    canvas = Canvas(Image.new("RGB", (size, size), FRAME))
     rim = max(2, round(size * 7 / DESIGN_SIZE))
-    radius = size * 30 / DESIGN_SIZE
-    canvas.rounded(rim, rim, size - rim, size - rim, radius, BOARD)
+    canvas.rounded(rim, rim, size - rim, size - rim, size * 30 / DESIGN_SIZE, BOARD)
     return canvas
+
+
+def draw_header(canvas: Canvas, area: Area, title: str, subtitle: str, room: float) -> None:
+    """Title and a line below it, in at most `room` design pixels."""
+    k = area.scaled
+    title = shorten(title, k(41), k(room), bold=True)
+    canvas.text(k(48), k(72), title, k(41), TEXT, bold=True)
+    canvas.text(k(48), k(114), shorten(subtitle, k(28), k(room)), k(28), MUTED)
+
+
+def draw_chip(
+    canvas: Canvas, area: Area, text: str, ink: Color, fill: Color, *, right: int, middle: int
+) -> None:
+    """A word on a coloured lozenge: a state or a warning."""
+    k = area.scaled
+    size, pad, half = k(27), k(18), k(24)
+    left = right - text_width(text, size, bold=True) - 2 * pad
+    canvas.rounded(left, middle - half, right, middle + half, half, fill)
+    canvas.text(left + pad, middle + k(10), text, size, ink, bold=True)
 
 
 def draw_axes(
@@ -149,7 +190,7 @@ def draw_axes(
     y_label: str | None,
     grid: bool = True,
 ) -> None:
-    """Ticks with their values, labels, and (under a map) grid lines; `y_label` None: no second axis."""
+    """Ticks with their values, labels, grid lines; `y_label` None: there is no second axis."""
     k = area.scaled
     if grid:
         canvas.rectangle(area.left, area.top, area.right, area.bottom, PLOT)
@@ -168,7 +209,7 @@ def draw_axes(
     canvas.text(middle, baseline + k(42), label, k(34), TEXT, bold=True, anchor="middle")
     if y_label is not None:
         _draw_y_axis(canvas, area, frame, y_label, grid=grid)
-    _outline(canvas, area, line)
+    draw_border(canvas, area, AXIS, -line)
 
 
 def _draw_y_axis(canvas: Canvas, area: Area, frame: PlotFrame, y_label: str, *, grid: bool) -> None:
@@ -189,9 +230,13 @@ def _draw_y_axis(canvas: Canvas, area: Area, frame: PlotFrame, y_label: str, *, 
     canvas.text(x, middle, name, k(34), TEXT, bold=True, anchor="middle", upward=True)
 
 
-def _outline(canvas: Canvas, area: Area, line: int) -> None:
-    left, top, right, bottom = area.left, area.top, area.right, area.bottom
-    canvas.rectangle(left - line, top - line, right + line, top, AXIS)
-    canvas.rectangle(left - line, bottom, right + line, bottom + line, AXIS)
-    canvas.rectangle(left - line, top, left, bottom, AXIS)
-    canvas.rectangle(right, top, right + line, bottom, AXIS)
+def draw_border(canvas: Canvas, area: Area, color: Color, width: int) -> None:
+    """A line along the plot area's edge, `width` pixels inwards (negative: outwards)."""
+    outer, inner = max(-width, 0), max(width, 0)
+    left, top = area.left - outer, area.top - outer
+    right, bottom = area.right + outer, area.bottom + outer
+    line = inner + outer
+    canvas.rectangle(left, top, right, top + line, color)
+    canvas.rectangle(left, bottom - line, right, bottom, color)
+    canvas.rectangle(left, top, left + line, bottom, color)
+    canvas.rectangle(right - line, top, right, bottom, color)

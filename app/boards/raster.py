@@ -1,7 +1,7 @@
-"""A small anti-aliased rasteriser on a uint8 array, quick enough to redraw a board while it is dragged on.
+"""A small anti-aliased rasteriser, quick enough to redraw a board while it is dragged on.
 
-Pillow draws whole pictures without anti-aliasing or with a costly supersampling; a board needs a hundred small
-marks. Each mark's coverage comes from its signed distance function instead, on its own small patch.
+Pillow's shapes have hard edges, and supersampling a whole board costs too much. So each mark is a
+coverage mask from its signed distance function, kept for the next redraw, which pastes it.
 """
 
 from __future__ import annotations
@@ -19,18 +19,27 @@ from PIL import Image, ImageDraw
 
 from .palette import Color, Shape, font
 
-Coverage = NDArray[np.float32]  # (h, w), 0 to 1
+Floats = NDArray[np.float32]
 Anchor = Literal["left", "middle", "right"]
 _FAR = 1e6  # pixels; what is further out is off the board all the same
 _SQUARE = 0.886  # half the side of a square with a unit circle's area
+_STEPS = 4  # marks are placed and sized to a quarter of a pixel, which keeps few different masks
+_OVER = 3  # supersampling of lines
 
 
 class Canvas:
-    """A picture being drawn: (H, W, 3) uint8, coordinates in pixels from the top left, y down."""
+    """A picture being drawn: RGB, coordinates in pixels from the top left, y down.
 
-    def __init__(self, pixels: NDArray[np.uint8]) -> None:
-        self.pixels = pixels
-        self._clip = (0, 0, pixels.shape[1], pixels.shape[0])  # left, top, right, bottom
+    Pixel i covers [i, i + 1), so its centre is at i + 0.5.
+    """
+
+    def __init__(self, image: Image.Image) -> None:
+        self.image = image
+        self._clip = (0, 0, *image.size)  # left, top, right, bottom
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """(H, W, 3) uint8, a copy."""
+        return np.array(self.image)
 
     @contextmanager
     def clip(self, left: int, top: int, right: int, bottom: int) -> Iterator[None]:
@@ -47,41 +56,36 @@ class Canvas:
         finally:
             self._clip = before
 
-    def blend(
-        self, left: int, top: int, coverage: Coverage, color: Color | NDArray[np.uint8]
-    ) -> None:
-        """Lay a colour over a patch, as far as it is covered."""
-        height, width = coverage.shape
+    def paste(self, left: int, top: int, mask: Image.Image, color: Color) -> None:
+        """Lay a colour over the picture as far as the mask, at (left, top), covers it."""
         x0, y0 = max(left, self._clip[0]), max(top, self._clip[1])
-        x1, y1 = min(left + width, self._clip[2]), min(top + height, self._clip[3])
+        x1 = min(left + mask.width, self._clip[2])
+        y1 = min(top + mask.height, self._clip[3])
         if x0 >= x1 or y0 >= y1:
             return
-        share = coverage[y0 - top : y1 - top, x0 - left : x1 - left, None]
-        patch = self.pixels[y0:y1, x0:x1]
-        under = patch.astype(np.float32)
-        under += (np.asarray(color, dtype=np.float32) - under) * share
-        patch[...] = np.rint(under).astype(np.uint8)
+        if (x1 - x0, y1 - y0) != mask.size:
+            mask = mask.crop((x0 - left, y0 - top, x1 - left, y1 - top))
+        self.image.paste(color, (x0, y0, x1, y1), mask)
 
     def rectangle(self, left: float, top: float, right: float, bottom: float, color: Color) -> None:
         """Fill whole pixels, edges rounded to them."""
         x0, y0 = max(round(left), self._clip[0]), max(round(top), self._clip[1])
         x1, y1 = min(round(right), self._clip[2]), min(round(bottom), self._clip[3])
         if x0 < x1 and y0 < y1:
-            self.pixels[y0:y1, x0:x1] = color
+            self.image.paste(color, (x0, y0, x1, y1))
+
+    def cells(self, left: int, top: int, right: int, bottom: int, rgb: NDArray[np.uint8]) -> None:
+        """Stretch (rows, columns, 3) colours over a rectangle, each cell one flat colour."""
+        cells = Image.fromarray(np.ascontiguousarray(rgb))
+        size = (right - left, bottom - top)
+        self.image.paste(cells.resize(size, Image.Resampling.NEAREST), (left, top))
 
     def rounded(
         self, left: float, top: float, right: float, bottom: float, radius: float, color: Color
     ) -> None:
-        """Fill a rectangle with round corners."""
-        center = np.array([(left + right) / 2, (top + bottom) / 2])
-        half = np.array([(right - left) / 2, (bottom - top) / 2])
-        x0, y0 = int(left) - 1, int(top) - 1
-        ys, xs = np.mgrid[y0 : int(bottom) + 2, x0 : int(right) + 2].astype(np.float32) + 0.5
-        qx = np.abs(xs - center[0]) - (half[0] - radius)
-        qy = np.abs(ys - center[1]) - (half[1] - radius)
-        outside = np.hypot(np.maximum(qx, 0), np.maximum(qy, 0))
-        distance = outside + np.minimum(np.maximum(qx, qy), 0) - radius
-        self.blend(x0, y0, np.clip(0.5 - distance, 0, 1).astype(np.float32), color)
+        """Fill a rectangle of whole pixels with round corners."""
+        x0, y0, x1, y1 = round(left), round(top), round(right), round(bottom)
+        self.paste(x0, y0, _rounded_mask(x1 - x0, y1 - y0, radius), color)
 
     def markers(
         self,
@@ -91,35 +95,35 @@ class Canvas:
         *,
         shapes: Shape | Sequence[Shape] = "circle",
         alpha: ArrayLike = 1.0,
-        edge: Color | None = None,
-        edge_width: float = 0.0,
-        edge_alpha: ArrayLike | None = None,
+        grow: float = 0.0,
     ) -> None:
         """N marks, in order; what is not finite or off the clip is left out.
 
         Args:
             xy: (N, 2) pixels. radius: (N,) or one. colors: (N, 3) or one. alpha: (N,) or one.
-            edge: an outline around each mark, `edge_width` pixels outside it.
+            grow: pixels by which the outline is moved out: draws an edge for the same mark on top.
         """
         at = np.asarray(xy, dtype=np.float64).reshape(-1, 2)
         count = len(at)
-        radii = np.broadcast_to(np.asarray(radius, np.float64), (count,))
-        rgb = np.broadcast_to(np.asarray(colors, np.uint8), (count, 3))
-        alphas = np.broadcast_to(np.asarray(alpha, np.float32), (count,))
-        edges = alphas if edge_alpha is None else np.broadcast_to(np.float32(edge_alpha), (count,))
-        for i in range(count):
-            x, y = at[i]
-            reach = radii[i] + edge_width + 1
+        radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), (count,))
+        rgb = np.broadcast_to(np.asarray(colors, dtype=np.uint8), (count, 3)).tolist()
+        opacity = np.broadcast_to(np.asarray(alpha, dtype=np.float64), (count,))
+        for i, (x, y) in enumerate(at.tolist()):
+            reach = float(radii[i]) + grow + 1
             if not self._touches(x - reach, y - reach, x + reach, y + reach):
                 continue
             shape = shapes if isinstance(shapes, str) else shapes[i]
-            left, top = int(np.floor(x - reach)), int(np.floor(y - reach))
-            size = int(np.ceil(2 * reach)) + 1
-            distance = _distance(shape, left - x, top - y, size, float(radii[i]))
-            if edge is not None:
-                outline = np.clip(edge_width + 0.5 - distance, 0, 1) * edges[i]
-                self.blend(left, top, outline, edge)
-            self.blend(left, top, np.clip(0.5 - distance, 0, 1) * alphas[i], rgb[i])
+            qx, qy = round(x * _STEPS), round(y * _STEPS)
+            mask, offset = _mark_mask(
+                shape,
+                round(float(radii[i]) * _STEPS),
+                round(grow * _STEPS),
+                qx % _STEPS,
+                qy % _STEPS,
+                round(min(1.0, max(0.0, float(opacity[i]))) * 32),
+            )
+            r, g, b = rgb[i]
+            self.paste(qx // _STEPS - offset, qy // _STEPS - offset, mask, (r, g, b))
 
     def line(self, xy: ArrayLike, color: Color, width: float = 2.0, alpha: float = 1.0) -> None:
         """A polyline through (N, 2) pixels, broken where a point is not finite."""
@@ -128,48 +132,58 @@ class Canvas:
         if finite.sum() < 2:
             return
         margin = width + 2
-        x0, y0 = np.floor(at[finite].min(axis=0) - margin).astype(int)
-        x1, y1 = np.ceil(at[finite].max(axis=0) + margin).astype(int)
-        x0, y0 = max(x0, self._clip[0]), max(y0, self._clip[1])
-        x1, y1 = min(x1, self._clip[2]), min(y1, self._clip[3])
+        low = np.floor(at[finite].min(axis=0) - margin).astype(int).tolist()
+        high = np.ceil(at[finite].max(axis=0) + margin).astype(int).tolist()
+        x0, y0 = max(low[0], self._clip[0]), max(low[1], self._clip[1])
+        x1, y1 = min(high[0], self._clip[2]), min(high[1], self._clip[3])
         if x0 >= x1 or y0 >= y1:
             return
-        over = 3  # supersampling; only a one-channel mask, so it stays cheap
-        mask = Image.new("L", ((x1 - x0) * over, (y1 - y0) * over))
+        mask = Image.new("L", ((x1 - x0) * _OVER, (y1 - y0) * _OVER))
         draw = ImageDraw.Draw(mask)
+        scaled = (at - (x0, y0)) * _OVER - 0.5
+        thick, ink = max(1, round(width * _OVER)), round(255 * alpha)
         for run in np.split(np.arange(len(at)), np.flatnonzero(~finite)):
-            points = [tuple((at[i] - (x0, y0)) * over - 0.5) for i in run if finite[i]]
+            points = [(float(scaled[i, 0]), float(scaled[i, 1])) for i in run if finite[i]]
             if len(points) > 1:
-                draw.line(points, fill=255, width=max(1, round(width * over)), joint="curve")
-        coverage = np.asarray(mask.reduce(over), dtype=np.float32) * (alpha / 255)
-        self.blend(x0, y0, coverage, color)
+                draw.line(points, fill=ink, width=thick, joint="curve")
+        self.paste(x0, y0, mask.reduce(_OVER), color)
 
-    def ellipse(
-        self, center: ArrayLike, shape: ArrayLike, color: Color, *, fill: float, width: float
+    def ellipses(
+        self,
+        center: ArrayLike,
+        shape: ArrayLike,
+        color: Color,
+        *,
+        scales: Sequence[float],
+        fill: float,
+        width: float,
     ) -> None:
-        """The ellipse (p - center)^T shape^-1 (p - center) = 1, `shape` (2, 2) in pixels squared."""
-        x, y = np.asarray(center, np.float64)
-        matrix = np.asarray(shape, np.float64)
-        if not np.isfinite([x, y, *matrix.flat]).all():
+        """Concentric ellipses (p - center)^T shape^-1 (p - center) = scale^2.
+
+        Args:
+            center: (2,) pixels. shape: (2, 2) pixels squared, positive definite.
+            fill: opacity of each one's inside. width: of the outlines, pixels.
+        """
+        x, y = np.asarray(center, dtype=np.float64).tolist()
+        matrix = np.asarray(shape, dtype=np.float64)
+        rx, ry = (np.sqrt(np.diag(matrix)) * max(scales) + width + 1).tolist()
+        if not self._touches(x - rx, y - ry, x + rx, y + ry):
             return
-        reach = np.sqrt(np.diag(matrix)) + width + 1
-        if not self._touches(x - reach[0], y - reach[1], x + reach[0], y + reach[1]):
-            return
-        left, top = max(int(x - reach[0]), self._clip[0]), max(int(y - reach[1]), self._clip[1])
-        right = min(int(np.ceil(x + reach[0])) + 1, self._clip[2])
-        bottom = min(int(np.ceil(y + reach[1])) + 1, self._clip[3])
-        if left >= right or top >= bottom:
-            return
-        dx = (np.arange(left, right, dtype=np.float32) + np.float32(0.5 - x))[None, :]
-        dy = (np.arange(top, bottom, dtype=np.float32) + np.float32(0.5 - y))[:, None]
-        a, b, c = (np.float32(v) for v in np.linalg.inv(matrix)[[0, 0, 1], [0, 1, 1]])
-        gx, gy = a * dx + b * dy, b * dx + c * dy  # half the gradient of the quadratic form
-        form = np.sqrt(np.maximum(gx * dx + gy * dy, 1e-12))
-        distance = (form - 1) * form / np.sqrt(gx * gx + gy * gy + 1e-12)  # first order, in pixels
-        inside = np.clip(0.5 - distance, 0, 1)
-        self.blend(left, top, inside * np.float32(fill), color)
-        rim = np.clip(width / 2 + 0.5 - np.abs(distance), 0, 1)
-        self.blend(left, top, rim, color)
+        left, right = max(int(x - rx), self._clip[0]), min(int(x + rx) + 2, self._clip[2])
+        top, bottom = max(int(y - ry), self._clip[1]), min(int(y + ry) + 2, self._clip[3])
+        dx = (np.arange(left, right) + np.float32(0.5 - x)).astype(np.float32)[None, :]
+        dy = (np.arange(top, bottom) + np.float32(0.5 - y)).astype(np.float32)[:, None]
+        inverse = np.linalg.inv(matrix).astype(np.float32)
+        gx = inverse[0, 0] * dx + inverse[0, 1] * dy  # half the gradient of the quadratic form
+        gy = inverse[0, 1] * dx + inverse[1, 1] * dy
+        form = np.sqrt(np.maximum(gx * dx + gy * dy, np.float32(1e-12)))
+        slope = np.sqrt(gx * gx + gy * gy + np.float32(1e-20)) / form  # of `form`, per pixel
+        clear = np.ones_like(form)
+        for scale in scales:
+            distance = (form - np.float32(scale)) / slope
+            clear *= 1 - np.float32(fill) * np.clip(0.5 - distance, 0, 1)
+            clear *= 1 - np.clip(np.float32(width / 2 + 0.5) - np.abs(distance), 0, 1)
+        self.paste(left, top, _as_mask(1 - clear), color)
 
     def text(
         self,
@@ -183,101 +197,139 @@ class Canvas:
         anchor: Anchor = "left",
         halo: Color | None = None,
         upward: bool = False,
-        alpha: float = 1.0,
     ) -> None:
-        """One line of text; (x, y) is its anchor on the baseline. `upward` turns it by 90 degrees."""
+        """One line of text; (x, y) is its anchor on the baseline. `upward` turns it left."""
         if not text:
             return
-        sprite = text_sprite(text, size, bold)
+        sprite = text_sprite(text, size, bold, upward)
         shift = {"left": 0.0, "middle": sprite.advance / 2, "right": sprite.advance}[anchor]
-        masks = [(sprite.halo, halo), (sprite.ink, color)]
-        for mask, tint in masks:
-            if tint is None:
-                continue
-            if upward:
-                left = round(x) - sprite.baseline
-                top = round(y + shift) - mask.shape[1] + sprite.pad
-                mask = np.rot90(mask)
-            else:
-                left, top = round(x - shift) - sprite.pad, round(y) - sprite.baseline
-            self.blend(left, top, mask * np.float32(alpha) if alpha < 1 else mask, tint)
+        if upward:
+            left, top = round(x) - sprite.baseline, round(y + shift) - sprite.ink.height
+            top += sprite.pad
+        else:
+            left, top = round(x - shift) - sprite.pad, round(y) - sprite.baseline
+        if halo is not None:
+            self.paste(left, top, sprite.halo, halo)
+        self.paste(left, top, sprite.ink, color)
 
     def _touches(self, left: float, top: float, right: float, bottom: float) -> bool:
         """Does the box touch the clip? False for NaN and infinity."""
         x0, y0, x1, y1 = self._clip
-        return bool(x0 < right < _FAR and -_FAR < left < x1 and y0 < bottom < _FAR and top < y1)
+        return x0 < right < _FAR and -_FAR < left < x1 and y0 < bottom < _FAR and -_FAR < top < y1
 
 
-def _distance(shape: Shape, left: float, top: float, size: int, radius: float) -> Coverage:
-    """(size, size) signed distance in pixels from the mark's outline, negative inside."""
-    x = (np.arange(size, dtype=np.float32) + np.float32(left + 0.5))[None, :]
-    y = (np.arange(size, dtype=np.float32) + np.float32(top + 0.5))[:, None]
+def _as_mask(coverage: Floats) -> Image.Image:
+    """(h, w) coverage from 0 to 1 as a Pillow mask."""
+    return Image.fromarray(np.rint(np.clip(coverage, 0, 1) * 255).astype(np.uint8))
+
+
+@lru_cache(maxsize=8192)
+def _mark_mask(
+    shape: Shape, radius: int, grow: int, x: int, y: int, alpha: int
+) -> tuple[Image.Image, int]:
+    """A mark's mask and how far its centre's pixel lies from the mask's left and top.
+
+    Lengths in quarters of a pixel: radius, outline moved out by `grow`, centre at (x, y) within its
+    pixel; alpha in 32nds. Whole numbers, so that equal marks share one mask.
+    """
+    offset = int(np.ceil((radius * 1.5 + grow) / _STEPS)) + 1
+    grid = np.arange(2 * offset + 1, dtype=np.float32) + np.float32(0.5 - offset)
+    dx = (grid - np.float32(x / _STEPS))[None, :]
+    dy = (grid - np.float32(y / _STEPS))[:, None]
+    distance = _distance(shape, dx, dy, radius / _STEPS) - np.float32(grow / _STEPS)
+    coverage = np.clip(np.float32(0.5) - distance, 0, 1) * np.float32(alpha / 32)
+    return _as_mask(coverage), offset
+
+
+def _distance(shape: Shape, x: Floats, y: Floats, radius: float) -> Floats:
+    """(h, w) signed distance in pixels from a mark's outline, negative inside.
+
+    x: (1, w), y: (h, 1) pixels from its centre.
+    """
     if shape == "circle":
-        return np.sqrt(x * x + y * y) - np.float32(radius)
-    if shape == "square":
-        return np.maximum(np.abs(x), np.abs(y)) - np.float32(radius * _SQUARE)
-    if shape == "diamond":
-        return (np.abs(x) + np.abs(y)) * np.float32(0.7071) - np.float32(radius * _SQUARE)
-    if shape == "triangle":
-        slope = np.abs(x) * np.float32(0.866) - y * np.float32(0.5)
-        return np.maximum(slope, y) - np.float32(radius * 0.68)
-    if shape == "cross":
-        x, y = (x + y) * np.float32(0.7071), (x - y) * np.float32(0.7071)
-    bar = np.float32(max(radius * 0.26, 1.0))
-    ax, ay, end = np.abs(x), np.abs(y), np.float32(radius)
-    return np.minimum(np.maximum(ax - end, ay - bar), np.maximum(ax - bar, ay - end))
+        result = np.hypot(x, y) - radius
+    elif shape == "square":
+        result = np.maximum(np.abs(x), np.abs(y)) - radius * _SQUARE
+    elif shape == "diamond":
+        result = (np.abs(x) + np.abs(y)) * np.sqrt(0.5) - radius * _SQUARE
+    elif shape == "triangle":
+        y = y - np.float32(0.1 * radius)
+        result = np.maximum(np.abs(x) * 0.866 - y * 0.5, y) - radius * 0.68
+    else:
+        if shape == "cross":
+            root = np.float32(np.sqrt(0.5))
+            x, y = (x + y) * root, (x - y) * root
+        bar = max(radius * 0.26, 1.0)
+        ax, ay = np.abs(x), np.abs(y)
+        result = np.minimum(np.maximum(ax - radius, ay - bar), np.maximum(ax - bar, ay - radius))
+    distance: Floats = result.astype(np.float32)
+    return distance
+
+
+@lru_cache(maxsize=64)
+def _rounded_mask(width: int, height: int, radius: float) -> Image.Image:
+    x = np.abs(np.arange(width, dtype=np.float32) + 0.5 - width / 2)[None, :]
+    y = np.abs(np.arange(height, dtype=np.float32) + 0.5 - height / 2)[:, None]
+    qx, qy = x - (width / 2 - radius), y - (height / 2 - radius)
+    outside = np.hypot(np.maximum(qx, 0), np.maximum(qy, 0))
+    distance = outside + np.minimum(np.maximum(qx, qy), 0) - radius
+    return _as_mask((0.5 - distance).astype(np.float32))
 
 
 @dataclass(frozen=True)
 class TextSprite:
-    """A rendered line: ink and halo (h, w) coverage, `pad` pixels left of its start."""
+    """A rendered line: masks of its ink and of a halo, which start `pad` pixels before the text."""
 
-    ink: Coverage
-    halo: Coverage
+    ink: Image.Image
+    halo: Image.Image
     pad: int
-    baseline: int  # rows from the top down to the baseline
+    baseline: int  # rows (columns of upward text) to the baseline
     advance: float
 
 
 _SUBSCRIPT = re.compile(r"(?<=[μσ])(\d+)")  # μ12 is set with a lowered 12
 
 
-@lru_cache(maxsize=1024)
-def text_sprite(text: str, size: int, bold: bool = False) -> TextSprite:
-    """Render a line once; boards show the same few strings again and again."""
+def _runs(text: str, size: int) -> list[tuple[str, int, int]]:
+    """Pieces of a line: text, size, pixels below the baseline."""
+    parts = _SUBSCRIPT.split(" ".join(text.split()))
+    small, drop = round(size * 0.74), round(size * 0.2)
+    return [(p, small, drop) if i % 2 else (p, size, 0) for i, p in enumerate(parts) if p]
+
+
+@lru_cache(maxsize=512)
+def text_sprite(text: str, size: int, bold: bool = False, upward: bool = False) -> TextSprite:
+    """Render a line once; boards show the same few again and again."""
     pad = max(4, size // 6)
-    runs: list[tuple[str, int, int]] = []  # text, size, how far below the baseline
-    for i, part in enumerate(_SUBSCRIPT.split(text)):
-        if part:
-            runs.append((part, round(size * 0.72), round(size * 0.2)) if i % 2 else (part, size, 0))
     ascent, descent = font(size, bold=bold).getmetrics()
-    advance = sum(font(s, bold=bold).getlength(part) for part, s, _ in runs)
+    advance = text_width(text, size, bold=bold)
     shape = (int(np.ceil(advance)) + 2 * pad, ascent + descent + 2 * pad)
     masks = []
     for stroke in (0, pad - 1):
         image = Image.new("L", shape)
         draw = ImageDraw.Draw(image)
         x = float(pad)
-        for part, run_size, drop in runs:
+        for part, run_size, drop in _runs(text, size):
             face = font(run_size, bold=bold)
             at = (x, pad + ascent + drop)
             draw.text(at, part, fill=255, font=face, anchor="ls", stroke_width=stroke)
             x += face.getlength(part)
-        mask = np.asarray(image, dtype=np.float32) / 255
-        mask.flags.writeable = False
-        masks.append(mask)
+        masks.append(image.transpose(Image.Transpose.ROTATE_90) if upward else image)
     return TextSprite(masks[0], masks[1], pad, pad + ascent, advance)
 
 
+@lru_cache(maxsize=4096)
 def text_width(text: str, size: int, *, bold: bool = False) -> float:
     """Pixels that a line of text takes."""
-    return text_sprite(text, size, bold).advance if text else 0.0
+    return sum(font(run, bold=bold).getlength(part) for part, run, _ in _runs(text, size))
 
 
 def shorten(text: str, size: int, width: float, *, bold: bool = False) -> str:
     """The text, with an ellipsis in place of the end that does not fit."""
     if text_width(text, size, bold=bold) <= width:
         return text
-    while text and text_width(text + "…", size, bold=bold) > width:
+    face = font(size, bold=bold)
+    text = text[:500]
+    while text and face.getlength(text + "…") > width:
         text = text[:-1]
     return text.rstrip() + "…"

@@ -1,0 +1,72 @@
+"""`rnnpb-explorer`: serve the explorer until Ctrl-C or SIGTERM."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+
+from ..core.errors import InputError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the server; 0 when it was asked to end, 2 on bad input."""
+    arguments = _parser().parse_args(argv)
+    # Imported late, so that --help and a wrong flag answer at once.
+    from .server import ServerOptions, start
+
+    options = ServerOptions(
+        checkpoints=tuple(arguments.ckpt or ("strong.pt",)),
+        host=arguments.host,
+        port=arguments.port,
+        robot=arguments.robot,
+        data=arguments.data,
+        device=arguments.device,
+        seed=arguments.seed,
+    )
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    try:
+        app = start(options)
+    except InputError as error:
+        print(f"rnnpb-explorer: {error}", file=sys.stderr)
+        return 2
+    if options.host not in ("127.0.0.1", "localhost", "::1"):
+        print(
+            f"rnnpb-explorer: serving on {options.host}: everybody who reaches this machine can "
+            "use the page; there is no password",
+            file=sys.stderr,
+        )
+    print(f"rnnpb-explorer is ready at {app.url}", flush=True)
+    ended.wait()
+    app.stop()
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="rnnpb-explorer",
+        description="Explore the latent space of a stochastic RNNPB in the browser.",
+    )
+    parser.add_argument(
+        "--ckpt",
+        action="append",
+        metavar="CKPT",
+        help="a path, or a shipped name such as strong; twice: two models side by side",
+    )
+    parser.add_argument("--host", default="127.0.0.1", help="default: only this machine")
+    parser.add_argument("--port", type=int, default=8080, help="0: any free one (default: 8080)")
+    parser.add_argument(
+        "--robot", default="pepper", metavar="ROBOT", help="pepper, PATH.urdf or NAME_description"
+    )
+    parser.add_argument("--data", metavar="CSV", help="the training motions, as targets")
+    parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
+    parser.add_argument("--seed", type=int, default=0, help="of the noise and random PBs")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

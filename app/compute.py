@@ -1,0 +1,88 @@
+"""The computations behind the screen, each an iterator of intents, run on a lane of the worker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from threading import Event
+
+import numpy as np
+import torch
+
+from ..core.landscape import landscape_stages
+from ..core.model import RNNPB
+from ..core.recognition import RecognitionConfig, RecognitionStep, recognize
+from . import intents as do
+from .state import ComputedLandscape, RecognitionTrace
+
+REST_SECONDS = 0.15  # the complete landscape begins when its slice has rested this long
+
+
+class Computations:
+    """The loaded models and what can be asked of them."""
+
+    def __init__(self, models: tuple[RNNPB, ...]) -> None:
+        self._models = models
+
+    @torch.inference_mode()
+    def generate(self, work: do.GenerateWork, cancelled: Event) -> Iterator[do.Intent]:
+        """The motion of a PB; with it, in one batch, the reconstruction that it is compared with."""
+        model = self._models[work.model]
+        pb = torch.as_tensor(work.pb, dtype=torch.float32, device=model.mu.device)[None]
+        if work.target is not None:
+            positions = model.generate(pb, work.steps)[0].cpu().numpy()
+            yield do.MotionReady(work.model, work.request, positions, work.target)
+            return
+        both = model.generate(torch.cat([pb, model.mu[work.motion][None]]), work.steps)
+        positions, reference = both.cpu().numpy()
+        yield do.MotionReady(work.model, work.request, positions, reference)
+
+    def landscape(self, work: do.LandscapeWork, cancelled: Event) -> Iterator[do.Intent]:
+        """Coarse at once, whatever comes next; complete when the slice has rested for a moment."""
+        model = self._models[work.model]
+        target = work.target
+        if target is None:
+            target = model.reconstruct(work.motion).cpu().numpy()
+        coarse = Event()  # the coarse stage is never cancelled: a drag would starve it
+        stages = landscape_stages(
+            model,
+            target,
+            work.center,
+            directions=work.directions,
+            radius=work.radius,
+            origin=work.zero,
+            cancelled=lambda: coarse.is_set() and cancelled.is_set(),
+        )
+        for stage in stages:
+            yield do.LandscapeReady(work.model, ComputedLandscape(work.request, stage))
+            coarse.set()
+            if not stage.complete and cancelled.wait(REST_SECONDS):
+                return
+
+    def recognise(self, work: do.RecogniseWork, cancelled: Event) -> Iterator[do.Intent]:
+        """The published procedure (section III.D), one intent an iteration."""
+        config = RecognitionConfig(
+            init=work.init,
+            observed=work.observed,
+            iterations=work.iterations,
+            trials=work.trials,
+            seed=work.seed,
+        )
+        steps: list[RecognitionStep] = []
+        for step in recognize(self._models[work.model], work.target, config):
+            if cancelled.is_set():
+                return
+            steps.append(step)
+            yield do.RecognitionStepped(work.request, _trace(steps))
+        yield do.RecognitionFinished(work.request)
+
+
+def _trace(steps: list[RecognitionStep]) -> RecognitionTrace:
+    last = steps[-1]
+    return RecognitionTrace(
+        mu=np.stack([step.mu for step in steps] + [last.mu_next]).astype(np.float64),
+        sigma=np.stack([step.sigma for step in steps] + [last.sigma_next]).astype(np.float64),
+        pb=np.stack([step.pb for step in steps]).astype(np.float64),
+        loss=np.stack([step.loss for step in steps]).astype(np.float64),
+        prediction_error=np.stack([step.prediction_error for step in steps]).astype(np.float64),
+        early_update=np.stack([step.early_update for step in steps]),
+    )

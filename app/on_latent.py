@@ -1,0 +1,159 @@
+"""What moves a model through its latent space: selecting, dragging, sliders, noise, undo. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from . import intents as do
+from .slices import landscape_slice, moved_on_landscape
+from .state import AppState, Array, Moment, initial_latent
+from .transitions import (
+    Facts,
+    Update,
+    moment,
+    notify,
+    put_model,
+    remember,
+    show_latent,
+    stop_recognition,
+    want_landscape,
+)
+
+MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out there
+MAX_SIGMA = 5.0
+
+
+def _move(facts: Facts, state: AppState, gesture: str, **changes: Array) -> Update:
+    """A person moves the active model's latent by hand; a recognition that drives it stops."""
+    state, works = stop_recognition(state)
+    state = remember(state, gesture)
+    latent = replace(state.current.latent, **changes)
+    latent = replace(latent, mu=np.clip(latent.mu, -MAX_MU, MAX_MU))
+    state, more = show_latent(facts, state, state.active, latent)
+    return state, works + more
+
+
+def select_model(facts: Facts, state: AppState, intent: do.SelectModel) -> Update:
+    if not 0 <= intent.index < len(facts) or intent.index == state.active:
+        return state, ()
+    state, works = stop_recognition(state)
+    dim = facts[intent.index].pb_dim
+    axes = (0, 1)[:dim]
+    fits = all(axis < dim for axis in state.map_axes) and len(state.map_axes) == len(axes)
+    state = replace(remember(state, ""), active=intent.index)
+    if not fits:
+        state = replace(state, map_axes=axes)
+    if state.landscape_axes != "pca" and max(state.landscape_axes) >= dim:
+        state = replace(state, landscape_axes=axes)
+    state, more = want_landscape(facts, state, intent.index)
+    return state, works + more
+
+
+def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Update:
+    if not 0 <= intent.index < len(facts[state.active].motions):
+        return state, ()
+    state, works = stop_recognition(state)
+    state = remember(state, "")
+    # Side by side, models show the same motion where both have learnt it.
+    name = facts[state.active].motions[intent.index]
+    for index, model_facts in enumerate(facts):
+        if index == state.active or name in model_facts.motions:
+            motion = intent.index if index == state.active else model_facts.motions.index(name)
+            latent = initial_latent(model_facts, motion)
+            state = put_model(state, index, replace(state.models[index], anchor=latent.mu))
+            state, more = show_latent(facts, state, index, latent)
+            works += more
+    return state, works
+
+
+def set_mu(facts: Facts, state: AppState, intent: do.SetMu) -> Update:
+    mu = state.current.latent.mu.copy()
+    if not 0 <= intent.dim < len(mu) or not np.isfinite(intent.value):
+        return state, ()
+    mu[intent.dim] = intent.value
+    return _move(facts, state, f"mu {intent.dim}", mu=mu)
+
+
+def set_sigma(facts: Facts, state: AppState, intent: do.SetSigma) -> Update:
+    latent = state.current.latent
+    if not 0 <= intent.dim < len(latent.sigma) or not np.isfinite(intent.value):
+        return state, ()
+    sigma = latent.sigma.copy()
+    sigma[intent.dim] = np.clip(intent.value, 0.0, MAX_SIGMA)
+    return _move(facts, state, f"sigma {intent.dim}", sigma=sigma)
+
+
+def move_on_map(facts: Facts, state: AppState, intent: do.MoveOnMap) -> Update:
+    if not np.isfinite(intent.to).all():
+        return state, ()
+    latent_map = facts[state.active].latent_map
+    mu = latent_map.move(state.current.latent.mu, intent.axes, intent.to)
+    return _move(facts, state, f"drag {intent.gesture}", mu=mu)
+
+
+def move_on_landscape(facts: Facts, state: AppState, intent: do.MoveOnLandscape) -> Update:
+    if not np.isfinite(intent.to).all():
+        return state, ()
+    where = landscape_slice(facts[state.active], state, state.current)
+    low, high = where.middle - where.radius, where.middle + where.radius
+    to = tuple(np.clip(intent.to, low, high).tolist())
+    mu = moved_on_landscape(facts[state.active], state, state.current.latent, to)
+    return _move(facts, state, f"drag {intent.gesture}", mu=mu)
+
+
+def reset(facts: Facts, state: AppState, intent: do.ResetLatent) -> Update:
+    return select_motion(facts, state, do.SelectMotion(state.current.latent.motion))
+
+
+def _draw(state: AppState) -> tuple[AppState, np.random.Generator]:
+    """A generator that depends on the seed and on how often was drawn, so that a session replays."""
+    return replace(state, draws=state.draws + 1), np.random.default_rng([state.seed, state.draws])
+
+
+def randomise(facts: Facts, state: AppState, intent: do.RandomiseLatent) -> Update:
+    state, random = _draw(state)
+    latent_map = facts[state.active].latent_map
+    spread = facts[state.active].mu @ latent_map.components.T
+    coordinates = random.standard_normal(latent_map.mean.shape[0]) * spread.std(axis=0)
+    return _move(facts, state, "", mu=latent_map.unproject(coordinates))
+
+
+def new_noise(facts: Facts, state: AppState, intent: do.NewNoise) -> Update:
+    state, random = _draw(state)
+    epsilon = random.standard_normal(len(state.current.latent.mu))
+    return _move(facts, state, "", epsilon=epsilon)
+
+
+def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
+    return _move(facts, state, "", epsilon=np.zeros_like(state.current.latent.mu))
+
+
+def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
+    state = replace(state, active=to.active, recognition=to.recognition, gesture="")
+    works: tuple[do.Work, ...] = ()
+    for index, latent in enumerate(to.latents):
+        state, more = show_latent(facts, state, index, latent)
+        works += more
+    return state, works
+
+
+def undo(facts: Facts, state: AppState, intent: do.Undo) -> Update:
+    if not state.undo:
+        return notify(state, "Nothing to undo", good=True), ()
+    state, works = stop_recognition(state)
+    to = state.undo[-1]
+    state = replace(state, redo=(*state.redo, moment(state)), undo=state.undo[:-1])
+    state, more = _go_to(facts, state, to)
+    return state, works + more
+
+
+def redo(facts: Facts, state: AppState, intent: do.Redo) -> Update:
+    if not state.redo:
+        return notify(state, "Nothing to redo", good=True), ()
+    state, works = stop_recognition(state)
+    to = state.redo[-1]
+    state = replace(state, undo=(*state.undo, moment(state)), redo=state.redo[:-1])
+    state, more = _go_to(facts, state, to)
+    return state, works + more

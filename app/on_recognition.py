@@ -1,0 +1,207 @@
+"""What a recognition does to the state: its target, its settings, its steps, its end. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from . import intents as do
+from .state import AppState, Array, Latent, Recognition, RecognitionTrace
+from .transitions import (
+    Facts,
+    Update,
+    notify,
+    opening_work,
+    put_model,
+    remember,
+    show_latent,
+    stop_recognition,
+    want_motion,
+)
+
+MIN_OBSERVED, MAX_OBSERVED = 0.1, 1.0
+MAX_ITERATIONS = 1000
+MAX_TRIALS = 20
+SMALLEST_SIGMA = 1e-6  # below it, the noise that made a PB cannot be told from rounding
+
+
+def set_target(facts: Facts, state: AppState, intent: do.SetTarget) -> Update:
+    """A motion to recognise; what was found for the last one stays in reach of undo."""
+    state, works = stop_recognition(state)
+    state = remember(state, "")
+    recognition = replace(
+        state.recognition,
+        target=intent.motion,
+        status="idle",
+        trace=None,
+        shown=None,
+        trial=0,
+        message="",
+    )
+    state = notify(
+        replace(state, recognition=recognition, use_target=True),
+        f"{intent.motion.name}: {len(intent.motion)} frames, ready to recognise",
+        good=True,
+    )
+    state, more = opening_work(facts, state)
+    return state, works + more
+
+
+def refuse_target(facts: Facts, state: AppState, intent: do.RefuseTarget) -> Update:
+    recognition = replace(state.recognition, message=intent.reason)
+    return notify(replace(state, recognition=recognition), intent.reason), ()
+
+
+def clear_target(facts: Facts, state: AppState, intent: do.ClearTarget) -> Update:
+    state, works = stop_recognition(state)
+    state = remember(state, "")
+    kept = state.recognition
+    state = replace(
+        state,
+        recognition=Recognition(
+            observed=kept.observed,
+            init=kept.init,
+            iterations=kept.iterations,
+            trials=kept.trials,
+        ),
+    )
+    state, more = opening_work(facts, state)
+    return state, works + more
+
+
+def set_option(facts: Facts, state: AppState, intent: do.SetRecognitionOption) -> Update:
+    """Settings hold from the next start on."""
+    value: Any = intent.value
+    if intent.name == "observed":
+        value = float(np.clip(value, MIN_OBSERVED, MAX_OBSERVED))
+    elif intent.name == "iterations":
+        value = int(np.clip(value, 1, MAX_ITERATIONS))
+    elif intent.name == "trials":
+        value = int(np.clip(value, 1, MAX_TRIALS))
+    elif value not in ("learned", "baseline", "random"):
+        return state, ()
+    return replace(state, recognition=replace(state.recognition, **{intent.name: value})), ()
+
+
+def start(facts: Facts, state: AppState, intent: do.StartRecognition) -> Update:
+    """Recognise the target with the active model."""
+    recognition = state.recognition
+    if recognition.target is None:
+        return notify(state, "Upload a motion or choose an example first"), ()
+    if recognition.target.joints != facts[state.active].joints:
+        return notify(state, f"{recognition.target.name} has other joints than this model"), ()
+    state, works = stop_recognition(state)
+    state = remember(state, "")
+    request = state.requests + 1
+    recognition = replace(
+        state.recognition,
+        status="running",
+        request=request,
+        model=state.active,
+        trace=None,
+        shown=None,
+        trial=0,
+        message="",
+    )
+    state = replace(
+        state,
+        recognition=recognition,
+        requests=request,
+        draws=state.draws + 1,
+        use_target=True,
+    )
+    work = do.RecogniseWork(
+        model=state.active,
+        request=request,
+        target=recognition.target.positions,
+        observed=recognition.observed,
+        init=recognition.init,
+        iterations=recognition.iterations,
+        trials=recognition.trials,
+        seed=state.seed + state.draws - 1,
+    )
+    return state, (*works, work)
+
+
+def cancel(facts: Facts, state: AppState, intent: do.CancelRecognition) -> Update:
+    """Stop where it is; the path so far stays."""
+    return stop_recognition(state)
+
+
+def stepped(facts: Facts, state: AppState, intent: do.RecognitionStepped) -> Update:
+    """Follow the newest iterate. The landscape waits until the end."""
+    recognition = state.recognition
+    if recognition.request != intent.request or recognition.status != "running":
+        return state, ()
+    recognition = replace(recognition, trace=intent.trace)
+    state = replace(state, recognition=recognition)
+    model = state.models[recognition.model]
+    latent = iterate(model.latent, intent.trace, intent.trace.iterations - 1, recognition.trial)
+    state = put_model(state, recognition.model, replace(model, latent=latent))
+    return want_motion(facts, state, recognition.model)
+
+
+def finished(facts: Facts, state: AppState, intent: do.RecognitionFinished) -> Update:
+    """Go to the best iterate of all trials and have its landscape drawn."""
+    recognition = state.recognition
+    if recognition.request != intent.request or recognition.status != "running":
+        return state, ()
+    trace = recognition.trace
+    if trace is None:
+        return replace(state, recognition=replace(recognition, status="finished")), ()
+    iteration, trial = trace.best
+    recognition = replace(
+        recognition,
+        status="finished",
+        trial=trial,
+        message=(
+            f"best iterate: {iteration + 1} of trial {trial + 1}, "
+            f"loss {trace.loss[iteration, trial]:.5f}, "
+            f"prediction error {trace.prediction_error[iteration, trial]:.5f}"
+        ),
+    )
+    state = replace(state, recognition=recognition)
+    return _show_iterate(facts, state, iteration, trial)
+
+
+def scrub(facts: Facts, state: AppState, intent: do.ScrubRecognition) -> Update:
+    """Show one iteration again: its mu and sigma, and the motion of the PB sampled there."""
+    recognition = state.recognition
+    trace = recognition.trace
+    if trace is None or recognition.status == "running":
+        return state, ()
+    iteration = int(np.clip(intent.iteration, 0, trace.iterations - 1))
+    trial = int(np.clip(intent.trial, 0, trace.loss.shape[1] - 1))
+    state = remember(state, "scrub")
+    state = replace(state, recognition=replace(recognition, shown=iteration, trial=trial))
+    return _show_iterate(facts, state, iteration, trial)
+
+
+def _show_iterate(facts: Facts, state: AppState, iteration: int, trial: int) -> Update:
+    recognition = state.recognition
+    assert recognition.trace is not None
+    index = recognition.model
+    latent = iterate(state.models[index].latent, recognition.trace, iteration, trial)
+    return show_latent(facts, state, index, latent)
+
+
+def iterate(latent: Latent, trace: RecognitionTrace, iteration: int, trial: int) -> Latent:
+    """The latent at one iteration, with the noise that made the PB sampled there."""
+    mu: Array = trace.mu[iteration, trial]
+    sigma: Array = trace.sigma[iteration, trial]
+    noise = trace.pb[iteration, trial] - mu
+    epsilon = np.divide(noise, sigma, out=np.zeros_like(mu), where=sigma > SMALLEST_SIGMA)
+    return replace(latent, mu=mu, sigma=sigma, epsilon=epsilon)
+
+
+def failed(facts: Facts, state: AppState, intent: do.WorkFailed) -> Update:
+    """Work broke off. A recognition that is still wanted ends; the message is shown in any case."""
+    recognition = state.recognition
+    if intent.work == "recognition":
+        if recognition.request != intent.request or recognition.status != "running":
+            return state, ()
+        recognition = replace(recognition, status="failed", message=intent.message)
+        state = replace(state, recognition=recognition)
+    return notify(state, intent.message), ()

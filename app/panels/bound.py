@@ -1,0 +1,55 @@
+"""A widget whose value belongs to the state: it shows what it is told and reports what a person does."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import viser
+
+HELD_SECONDS = 0.4  # a person is taken to hold a widget this long after its last event
+
+
+class Bound:
+    """One value widget (slider, checkbox, dropdown, text).
+
+    While a person holds it, nothing is written to it: by the time a value has gone through the state,
+    the person's hand is elsewhere, and the widget would jump back.
+
+    Args:
+        changed: gets the value that a person set; called on viser's event loop, so it only hands on.
+    """
+
+    def __init__(
+        self,
+        handle: Any,  # viser's value handles share no public base class
+        changed: Callable[[Any], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.handle = handle
+        self._changed = changed
+        self._clock = clock
+        self._held_until = 0.0
+        handle.on_update(self._on_update)
+
+    async def _on_update(self, event: viser.GuiEvent[Any]) -> None:
+        if event.client is None:  # our own assignment, not a person
+            return
+        self._held_until = self._clock() + HELD_SECONDS
+        self._changed(event.target.value)
+
+    def show(self, value: Any) -> None:
+        """Show a value of the state, unless it stands there or a person holds the widget."""
+        if self.handle.value != value and self._clock() >= self._held_until:
+            self.handle.value = value
+
+
+def on_click(handle: Any, clicked: Callable[[], None]) -> None:
+    """Call `clicked` when a person presses a button (viser's event loop: only hand on)."""
+
+    async def pressed(event: viser.GuiEvent[Any]) -> None:
+        if event.client is not None:
+            clicked()
+
+    handle.on_click(pressed)

@@ -1,0 +1,215 @@
+"""The Recognise panel: a motion comes in, and the belief (mu, sigma) travels until it explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+import numpy as np
+import viser
+
+from ...core.errors import InputError
+from ...core.motion import MAX_CSV_BYTES, Motion, parse_motion
+from .. import intents as do
+from ..state import AppState, ModelFacts, Recognition, RecognitionTrace
+from .bound import Bound, on_click
+
+Send = Callable[[do.Intent], None]
+CHOOSE = "choose …"
+INITS = {
+    "learned: best of the learned μ": "learned",
+    "baseline: μ = 0": "baseline",
+    "random: best of 100 draws": "random",
+}
+INIT_LABELS = {value: label for label, value in INITS.items()}
+
+
+class RecognisePanel:
+    """Upload or choose a target, start, watch, cancel, scrub."""
+
+    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
+        self._facts, self._send = facts, send
+        self._active = 0
+        self._upload = gui.add_upload_button(
+            "Upload CSV", icon="UPLOAD", mime_type=".csv,text/csv,text/plain"
+        )
+        self._upload.on_upload(self._uploaded)
+        self._examples = example_files()
+        self._example = Bound(
+            gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
+        )
+        self._target = gui.add_markdown("")
+        self._init = Bound(
+            gui.add_dropdown("Warm start", list(INITS)),
+            lambda label: send(do.SetRecognitionOption("init", INITS[label])),
+        )
+        self._observed = Bound(
+            gui.add_slider(
+                "Observed", 0.1, 1.0, 0.05, 0.8, hint="the first part; the rest is foretold"
+            ),
+            lambda value: send(do.SetRecognitionOption("observed", value)),
+        )
+        self._iterations = Bound(
+            gui.add_slider("Iterations", 10, 300, 10, 100),
+            lambda value: send(do.SetRecognitionOption("iterations", value)),
+        )
+        self._trials = Bound(
+            gui.add_slider("Trials", 1, 10, 1, 1, hint="independent runs in one batch"),
+            lambda value: send(do.SetRecognitionOption("trials", value)),
+        )
+        self._start = gui.add_button("Start", icon="PLAYER_PLAY", color="blue")
+        on_click(self._start, lambda: send(do.StartRecognition()))
+        self._cancel = gui.add_button("Cancel", icon="PLAYER_STOP", visible=False)
+        on_click(self._cancel, lambda: send(do.CancelRecognition()))
+        self._forget = gui.add_button("Forget the target", icon="X", visible=False)
+        on_click(self._forget, lambda: send(do.ClearTarget()))
+        self._progress = gui.add_progress_bar(0.0, visible=False)
+        self._status = gui.add_markdown("")
+        self._shown = Bound(
+            gui.add_slider(
+                "Iteration", 1, 2, 1, 1, visible=False, hint="look at each belief again"
+            ),
+            self._scrub,
+        )
+        self._trial = Bound(gui.add_slider("Trial", 1, 2, 1, 1, visible=False), self._scrub_trial)
+        self._loss = gui.add_uplot(
+            (np.array([0.0, 1.0]), np.array([0.0, 0.0]), np.array([0.0, 0.0])),
+            (
+                {"label": "iteration"},
+                {"label": "loss", "stroke": "#1f77b4", "width": 2},
+                {"label": "prediction error", "stroke": "#ff7f0e", "width": 1, "dash": (4, 4)},
+            ),
+            scales={"x": {"time": False}, "y": {"distr": 3}},
+            height=170,
+            visible=False,
+        )
+        self._drawn: RecognitionTrace | None = None
+        self._drawn_trial = -1
+        self._trace: RecognitionTrace | None = None
+
+    # --- what a person does (viser's event loop: parse and hand on) ---
+    async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+        file = event.target.value
+        self._send(read_upload(file.name, file.content, self._facts[self._active]))
+        event.target.value = viser.UploadedFile("", b"")  # the bytes are done with
+
+    def _choose_example(self, name: str) -> None:
+        if name in self._examples:
+            content = self._examples[name].read_bytes()
+            self._send(read_upload(f"{name}.csv", content, self._facts[self._active]))
+
+    def _scrub(self, iteration: int) -> None:
+        self._send(do.ScrubRecognition(iteration - 1, self._trial.handle.value - 1))
+
+    def _scrub_trial(self, trial: int) -> None:
+        self._send(do.ScrubRecognition(self._shown.handle.value - 1, trial - 1))
+
+    # --- what the state says ---
+    def show(self, state: AppState) -> None:
+        self._active = state.active
+        recognition = state.recognition
+        self._show_settings(recognition)
+        running = recognition.status == "running"
+        self._assign(self._start, visible=not running, disabled=recognition.target is None)
+        self._assign(self._cancel, visible=running)
+        self._assign(self._forget, visible=recognition.target is not None and not running)
+        trace = recognition.trace
+        self._assign(self._progress, visible=running)
+        if running:
+            done = 0 if trace is None else trace.iterations
+            self._assign(self._progress, value=100.0 * done / recognition.iterations)
+        self._show_scrub(recognition)
+        content = status_line(recognition)
+        if self._status.content != content:
+            self._status.content = content
+        self._show_loss(recognition)
+
+    def _show_settings(self, recognition: Recognition) -> None:
+        self._init.show(INIT_LABELS[recognition.init])
+        self._observed.show(recognition.observed)
+        self._iterations.show(recognition.iterations)
+        self._trials.show(recognition.trials)
+        target = recognition.target
+        if target is None:
+            content = "No target yet."
+            self._example.show(CHOOSE)
+        else:
+            content = f"Target: **{target.name}**, {len(target)} frames at {target.fps:g} Hz"
+            self._example.show(target.name if target.name in self._examples else CHOOSE)
+        if self._target.content != content:
+            self._target.content = content
+
+    def _show_scrub(self, recognition: Recognition) -> None:
+        trace = recognition.trace
+        ready = trace is not None and recognition.status != "running"
+        self._assign(self._shown.handle, visible=ready)
+        self._assign(
+            self._trial.handle, visible=ready and trace is not None and trace.loss.shape[1] > 1
+        )
+        if trace is None or not ready:
+            return
+        self._assign(self._shown.handle, max=max(trace.iterations, 2))
+        self._assign(self._trial.handle, max=max(trace.loss.shape[1], 2))
+        best = trace.best[0]
+        self._shown.show((best if recognition.shown is None else recognition.shown) + 1)
+        self._trial.show(recognition.trial + 1)
+
+    def _show_loss(self, recognition: Recognition) -> None:
+        trace = recognition.trace
+        if trace is self._drawn and recognition.trial == self._drawn_trial:
+            return
+        self._drawn, self._drawn_trial = trace, recognition.trial
+        self._assign(self._loss, visible=trace is not None)
+        if trace is not None and trace.iterations > 1:
+            trial = recognition.trial
+            self._loss.data = (
+                np.arange(1.0, trace.iterations + 1),
+                trace.loss[:, trial],
+                np.maximum(trace.prediction_error[:, trial], 1e-9),
+            )
+
+    @staticmethod
+    def _assign(handle: object, **values: object) -> None:
+        for name, value in values.items():
+            if getattr(handle, name) != value:
+                setattr(handle, name, value)
+
+
+def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
+    """An uploaded file as a target, or the reason why it is none."""
+    if len(content) > MAX_CSV_BYTES:
+        return do.RefuseTarget(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB")
+    label = "".join(c for c in name if c.isprintable())[:80] or "upload"
+    try:
+        motion: Motion = parse_motion(
+            content, facts.joints, name=label.removesuffix(".csv"), source=label, fps=facts.fps
+        )
+    except InputError as error:
+        return do.RefuseTarget(str(error))
+    return do.SetTarget(motion)
+
+
+def example_files() -> dict[str, Traversable]:
+    """The example motions that ship with the package, by name."""
+    folder = files("rnnpb_explorer.static") / "examples"
+    if not folder.is_dir():
+        return {}
+    found = sorted((file for file in folder.iterdir() if file.name.endswith(".csv")), key=str)
+    return {file.name.removesuffix(".csv"): file for file in found}
+
+
+def status_line(recognition: Recognition) -> str:
+    """One line on the run, in words."""
+    trace = recognition.trace
+    done = 0 if trace is None else trace.iterations
+    if recognition.status == "running":
+        best = "" if trace is None else f", best loss {trace.loss.min():.5f}"
+        return f"Recognition running: iteration {done} of {recognition.iterations}{best}"
+    words = {
+        "idle": "",
+        "finished": "Recognition done",
+        "cancelled": f"Recognition cancelled after {done} iterations",
+        "failed": "Recognition failed",
+    }
+    return ": ".join(part for part in (words[recognition.status], recognition.message) if part)

@@ -1,0 +1,101 @@
+"""The View panel: what the boards show, and the code that restores the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+
+import viser
+
+from .. import intents as do
+from ..state import AppState, ModelFacts
+from .bound import Bound, on_click
+
+Send = Callable[[do.Intent], None]
+
+WINDOWS = {"±1, as in the paper's Fig. 4": "absolute", "±0.7 sd of the learned μ": "sd"}
+COLOURINGS = {"behaviour class": "class", "valence": "valence", "arousal": "arousal"}
+PCA = "plane of the map"
+MAX_AXES = 8  # 28 pairs are enough to choose from
+
+
+class ViewPanel:
+    """Axes, window, colours, target; state code."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        facts: tuple[ModelFacts, ...],
+        send: Send,
+        code: Callable[[], str],
+        reset_camera: Callable[[], None],
+    ) -> None:
+        self._facts, self._send, self._code = facts, send, code
+        with gui.add_folder("PB map"):
+            self._colouring = Bound(
+                gui.add_dropdown("Colour", list(COLOURINGS)),
+                lambda label: send(do.SetColouring(COLOURINGS[label])),
+            )
+            self._map_axes = Bound(
+                gui.add_dropdown("Axes", ["PC1, PC2"]),
+                lambda label: send(do.SetMapAxes(parse_axes(label))),
+            )
+        with gui.add_folder("Landscape"):
+            self._window = Bound(
+                gui.add_dropdown("Window", list(WINDOWS)),
+                lambda label: send(do.SetWindow(WINDOWS[label])),
+            )
+            self._axes = Bound(
+                gui.add_dropdown("Axes", ["μ1, μ2"]),
+                lambda label: send(
+                    do.SetLandscapeAxes("pca" if label == PCA else parse_axes(label))
+                ),
+            )
+            self._use_target = Bound(
+                gui.add_checkbox(
+                    "Uploaded target", True, hint="compare with it where there is one"
+                ),
+                lambda value: send(do.SetUseTarget(value)),
+            )
+        on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
+        with gui.add_folder("State code"):
+            self._text = gui.add_text("Code", "", multiline=False)
+            on_click(gui.add_button("Show the code of this screen"), self._show_code)
+            on_click(
+                gui.add_button("Restore from the code"),
+                lambda: send(do.RestoreCode(self._text.value)),
+            )
+
+    def _show_code(self) -> None:
+        self._text.value = self._code()
+
+    def show(self, state: AppState) -> None:
+        facts = self._facts[state.active]
+        dims = min(facts.pb_dim, MAX_AXES)
+        pairs = list(combinations(range(dims), 2)) or [(0,)]
+        self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs])
+        self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA])
+        self._colouring.show(_key(COLOURINGS, state.colouring))
+        self._window.show(_key(WINDOWS, state.window))
+        self._map_axes.show(axes_label("PC", state.map_axes))
+        axes = state.landscape_axes
+        self._axes.show(PCA if axes == "pca" else axes_label("μ", axes))
+        self._use_target.show(state.use_target)
+
+    @staticmethod
+    def _options(bound: Bound, options: list[str]) -> None:
+        if bound.handle.options != tuple(options):
+            bound.handle.options = tuple(options)
+
+
+def axes_label(letter: str, axes: tuple[int, ...]) -> str:
+    return ", ".join(f"{letter}{axis + 1}" for axis in axes)
+
+
+def parse_axes(label: str) -> tuple[int, ...]:
+    """The axes of a label that `axes_label` made."""
+    return tuple(int(part.strip().lstrip("PCμ")) - 1 for part in label.split(","))
+
+
+def _key(labels: dict[str, str], value: str) -> str:
+    return next(label for label, known in labels.items() if known == value)

@@ -1,0 +1,151 @@
+"""All that one browser shows: robots, boards, panels. It writes handles; it holds no truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import viser
+
+from ..robot.description import Robot
+from ..robot.kinematics import JointPoses, joint_poses
+from ..robot.view import RobotView, setup_stage
+from . import intents as do
+from .boards.landscape_board import LandscapeBoard
+from .boards.map_board import MapBoard
+from .panels.explore import ExplorePanel
+from .panels.help import add_help
+from .panels.joints import JointsPanel
+from .panels.playback import PlaybackPanel, frame_of
+from .panels.readout import ReadoutPanel
+from .panels.recognise import RecognisePanel
+from .panels.view import ViewPanel
+from .stage import FOV, LOOK_AT, camera_position, stage_for
+from .state import AppState, GeneratedMotion, ModelFacts, Notice
+
+PANEL_WIDTH = 320  # pixels
+Send = Callable[[do.Intent], None]
+
+
+class Screen:
+    """Builds the scene and the panels of one browser, and shows states on them."""
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        facts: tuple[ModelFacts, ...],
+        robot: Robot,
+        state: AppState,
+        send: Send,
+        code: Callable[[], str],
+    ) -> None:
+        self._client, self._facts, self._robot = client, facts, robot
+        self._stage = stage_for(len(facts))
+        self._send = send
+        self._notice: Notice | None = state.notice
+        self._motions: list[GeneratedMotion | None] = [None] * len(facts)
+        self._poses: list[JointPoses | None] = [None] * len(facts)
+        self._build_scene(state)
+        self._build_panels(code)
+        self._build_commands()
+        self.reset_camera()
+
+    # --- building ---
+    def _build_scene(self, state: AppState) -> None:
+        scene = self._client.scene
+        setup_stage(scene)
+        self.robots = [
+            RobotView(scene, self._robot, f"/robot-{i}", position=tuple(spot.tolist()))
+            for i, spot in enumerate(self._stage.robots)
+        ]
+        if len(self._facts) > 1:
+            for i, (one, spot) in enumerate(zip(self._facts, self._stage.robots, strict=True)):
+                scene.add_label(f"/names/{i}", one.name, position=(spot[0], spot[1], 1.36))
+        self.map_board = MapBoard(scene, self._stage.map_board, self._facts, state, self._send)
+        self.landscape_board = LandscapeBoard(
+            scene, self._stage.landscape_board, self._facts, state, self._send
+        )
+
+    def _build_panels(self, code: Callable[[], str]) -> None:
+        gui = self._client.gui
+        gui.set_panel_label("rnnpb-explorer")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(PANEL_WIDTH)
+        with gui.add_folder("Playback"):
+            playback = PlaybackPanel(gui, self._facts, self._send)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Explore"):
+            explore = ExplorePanel(gui, self._facts, self._send)
+            readout = ReadoutPanel(gui, self._facts)
+        with tabs.add_tab("Joints"):
+            joints = JointsPanel(gui, self._facts, self._send)
+        with tabs.add_tab("Recognise"):
+            recognise = RecognisePanel(gui, self._facts, self._send)
+        with tabs.add_tab("View"):
+            view = ViewPanel(gui, self._facts, self._send, code, self.reset_camera)
+        with tabs.add_tab("Help"):
+            add_help(gui)
+        self._panels = (playback, explore, readout, joints, recognise, view)
+
+    def _build_commands(self) -> None:
+        commands: tuple[tuple[str, str, do.Intent], ...] = (
+            ("Play or pause", "space", do.TogglePlaying()),
+            ("Undo", "Z", do.Undo()),
+            ("Redo", "Y", do.Redo()),
+            ("Random PB", "P", do.RandomiseLatent()),
+            ("New noise", "N", do.NewNoise()),
+            ("Back to the learned PB", "L", do.ResetLatent()),
+        )
+        for label, hotkey, intent in commands:
+            command = self._client.gui.add_command(label, hotkey=hotkey)
+            self._on_trigger(command, lambda intent=intent: self._send(intent))
+        view = self._client.gui.add_command("Reset the view", hotkey="R")
+        self._on_trigger(view, self.reset_camera)
+
+    @staticmethod
+    def _on_trigger(command: viser.CommandHandle, action: Callable[[], None]) -> None:
+        async def triggered(event: viser.CommandEvent) -> None:
+            action()
+
+        command.on_trigger(triggered)
+
+    # --- showing ---
+    def show(self, state: AppState) -> None:
+        """Bring everything to a state; only what differs from what stands there is written."""
+        with self._client.atomic():
+            for index, model in enumerate(state.models):
+                if model.motion is not None:
+                    self._show_robot(index, model.motion, frame_of(state, index))
+            self.map_board.show(state)
+            self.landscape_board.show(state)
+        for panel in self._panels:
+            panel.show(state)
+        self._show_notice(state.notice)
+
+    def _show_robot(self, index: int, motion: GeneratedMotion, frame: int) -> None:
+        poses = self._poses[index]
+        if poses is None or motion is not self._motions[index]:
+            joints = self._facts[index].joints
+            poses = joint_poses(self._robot, joints, motion.positions)
+            self._poses[index], self._motions[index] = poses, motion
+        self.robots[index].show(poses, frame)
+
+    def _show_notice(self, notice: Notice | None) -> None:
+        if notice is None or notice == self._notice:
+            return
+        self._notice = notice
+        self._client.add_notification(
+            "rnnpb-explorer" if notice.good else "That did not work",
+            notice.text,
+            color="green" if notice.good else "red",
+            auto_close_seconds=4.0 if notice.good else 12.0,
+        )
+
+    # --- the camera ---
+    def reset_camera(self) -> None:
+        """Look at everything from the front, from as far as the window's shape asks for."""
+        camera = self._client.camera
+        with self._client.atomic():
+            camera.fov = FOV
+            camera.position = camera_position(self._stage, camera.aspect)
+            camera.look_at = LOOK_AT
+            camera.up_direction = (0.0, 0.0, 1.0)

@@ -1,0 +1,251 @@
+"""The server: loads the models once, and opens a session for every browser that comes."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+import viser
+
+from ..core.checkpoint import load_checkpoint
+from ..core.data import Dataset, load_dataset
+from ..core.errors import InputError
+from ..core.latent_map import LatentMap
+from ..core.model import RNNPB, UNKNOWN_LENGTH
+from ..robot.description import Robot, load_robot, match_joints
+from .compute import Computations
+from .session import Session
+from .state import AppState, ModelFacts, initial_state
+from .statecode import decode
+
+MAX_MODELS = 4
+MAX_KEPT_STATES = 64  # of browsers that have gone and may come back
+TOKEN_KEY = "browser"
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ServerOptions:
+    """What the command line decides."""
+
+    checkpoints: tuple[str, ...] = ("strong.pt",)
+    host: str = "127.0.0.1"
+    port: int = 8080  # 0: any free one
+    robot: str = "pepper"
+    data: str | None = None
+    device: str = "auto"
+    seed: int = 0
+    motion: str | None = None  # to open with, of the first model
+    frame: int | None = None  # to open at, paused
+    state_code: str | None = None
+
+
+class App:
+    """The running server."""
+
+    def __init__(self, options: ServerOptions) -> None:
+        models = load_models(options)
+        self.facts = describe_models(models, options)
+        self.robot = load_robot(options.robot)
+        for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
+            log.warning("%s", warning)
+        self._computations = Computations(models)
+        self._opening = opening_state(self.facts, models[0], options)
+        self._kept: OrderedDict[str, AppState] = OrderedDict()
+        self._lock = threading.Lock()
+        self.sessions: dict[int, Session] = {}
+        self._server = serve(options)
+        self._server.on_client_connect(self._connected)
+        self._server.on_client_disconnect(self._disconnected)
+        self.url = f"http://{_url_host(options.host)}:{self._server.get_port()}"
+
+    def stop(self) -> None:
+        """End every session and the server."""
+        with self._lock:
+            sessions = list(self.sessions.values())
+            self.sessions.clear()
+        for session in sessions:
+            session.close()
+        self._server.stop()
+
+    # viser runs these two on threads of its own.
+    def _connected(self, client: viser.ClientHandle) -> None:
+        token = browser_token(client)
+        session = Session(
+            client,
+            self.facts,
+            self._computations,
+            self.robot,
+            self._state_for(token),
+            keep=partial(self._keep, token),
+        )
+        with self._lock:
+            self.sessions[client.client_id] = session
+
+    def _disconnected(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            session = self.sessions.pop(client.client_id, None)
+        if session is not None:
+            session.close()
+
+    def _state_for(self, token: str) -> AppState:
+        """What this browser had on its screen, or the opening screen."""
+        with self._lock:
+            return self._kept.get(token, self._opening)
+
+    def _keep(self, token: str, state: AppState) -> None:
+        with self._lock:
+            self._kept[token] = state
+            self._kept.move_to_end(token)
+            while len(self._kept) > MAX_KEPT_STATES:
+                self._kept.popitem(last=False)
+
+
+def start(options: ServerOptions) -> App:
+    """Load everything and serve.
+
+    Raises:
+        InputError: a checkpoint, robot, data, motion or port that cannot be had.
+    """
+    return App(options)
+
+
+def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
+    if not 1 <= len(options.checkpoints) <= MAX_MODELS:
+        raise InputError(f"from 1 to {MAX_MODELS} checkpoints, got {len(options.checkpoints)}")
+    device = options.device
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    if device == "cuda" and not torch.cuda.is_available():
+        raise InputError("no CUDA device here; use --device cpu")
+    return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
+
+
+def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
+    dataset = None if options.data is None else load_dataset(options.data)
+    names = model_names(options.checkpoints)
+    return tuple(_describe(m, name, dataset) for m, name in zip(models, names, strict=True))
+
+
+def model_names(checkpoints: tuple[str, ...]) -> list[str]:
+    """Short names: the file's, with the folder's where files share one, numbered where both do."""
+    names = [Path(path).stem for path in checkpoints]
+    if len(set(names)) < len(names) or "model" in names:
+        names = [f"{Path(path).parent.name}/{Path(path).stem}" for path in checkpoints]
+    if len(set(names)) < len(names):
+        names = [f"{name} ({i})" for i, name in enumerate(names, 1)]
+    return names
+
+
+def _describe(model: RNNPB, name: str, dataset: Dataset | None) -> ModelFacts:
+    info, count = model.info, model.config.num_motions
+    mu = model.mu.detach().cpu().numpy().astype(np.float64)
+    data = {} if dataset is None else {motion.name: motion for motion in dataset.motions}
+    names, lengths, labels = info.motions, info.lengths, info.labels
+    if not names and dataset is not None:
+        if len(dataset.motions) != count or dataset.joints != info.joints:
+            raise InputError(
+                f"the data has {len(dataset.motions)} motions, {name} has learnt {count}"
+            )
+        names = tuple(motion.name for motion in dataset.motions)
+        lengths = tuple(len(motion) for motion in dataset.motions)
+        labels = dataset.labels
+    names = names or tuple(f"motion {i}" for i in range(count))
+    matching = [data.get(motion) for motion in names]
+    return ModelFacts(
+        name=name,
+        mu=mu,
+        sigma=model.sigma.detach().cpu().numpy().astype(np.float64),
+        stochastic=model.stochastic,
+        beta=model.config.beta,
+        joints=info.joints,
+        fps=info.fps,
+        motions=names,
+        lengths=lengths or (UNKNOWN_LENGTH,) * count,
+        labels=labels,
+        latent_map=LatentMap.fit(mu),
+        data=tuple(m if m is not None and m.joints == info.joints else None for m in matching),
+    )
+
+
+def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOptions) -> AppState:
+    motion = 0
+    if options.motion is not None:
+        names = facts[0].motions
+        motion = (
+            names.index(options.motion)
+            if options.motion in names
+            else model.motion_index(options.motion)
+        )
+    state = initial_state(facts, options.seed, motion)
+    if options.state_code is not None:
+        state = decode(facts, state, options.state_code)
+    if options.frame is not None:
+        last = facts[0].lengths[state.models[0].latent.motion] - 1
+        if not 0 <= options.frame <= last:
+            raise InputError(f"frame {options.frame} is not within 0 to {last}")
+        playback = replace(state.playback, playing=False, phase=options.frame / max(last, 1))
+        state = replace(state, playback=playback)
+    return state
+
+
+def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:
+    """One line a model that moves joints which the robot lacks."""
+    lines = []
+    for one in facts:
+        missing = match_joints(robot, one.joints).missing
+        if missing:
+            lines.append(f"{robot.name} lacks joints that {one.name} moves: {', '.join(missing)}")
+    return lines
+
+
+def serve(options: ServerOptions) -> viser.ViserServer:
+    """The bare viser server on the wanted port.
+
+    Raises:
+        InputError: the port is taken.
+    """
+    _claim(options.host, options.port)
+    server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+    server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
+    return server
+
+
+def _claim(host: str, port: int) -> None:
+    """viser takes the next free port without a word; the one asked for must be free."""
+    import socket
+
+    if port == 0:
+        return
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise InputError(
+                f"cannot serve on {host}:{port}: {error.strerror}; choose another --port (0: any)"
+            ) from error
+
+
+def browser_token(client: viser.ClientHandle) -> str:
+    """A name that this browser keeps over reloads; a fresh one where it keeps nothing."""
+    fresh = f"{np.random.default_rng().integers(1 << 62):x}"
+    try:
+        known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
+        if known:
+            return known
+        client.local_storage.set_item(TOKEN_KEY, fresh)
+    except (RuntimeError, TimeoutError) as error:
+        log.info("no local storage in browser %s: %s", client.client_id, error)
+    return fresh
+
+
+def _url_host(host: str) -> str:
+    return "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host

@@ -1,0 +1,70 @@
+"""The two planes through the latent space that the boards show. Pure functions of the state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .state import AppState, Array, Latent, ModelFacts, ModelState
+
+ABSOLUTE_RADIUS = 1.0  # the window of the paper's Fig. 4
+RELATIVE_RADIUS = 0.7  # in standard deviations of the learned mu
+
+
+@dataclass(frozen=True, eq=False)
+class LandscapeSlice:
+    """Where the landscape lies: center + a * directions[0] + b * directions[1]."""
+
+    center: Array  # (D,)
+    directions: Array  # (A, D), A = 1 or 2
+    zero: Array  # (D,) where the values on the axes are 0
+    middle: Array  # (A,) values on the axes at the centre
+    radius: float
+    labels: tuple[str, ...]  # one an axis
+
+
+def landscape_slice(facts: ModelFacts, state: AppState, model: ModelState) -> LandscapeSlice:
+    """The window around the anchor along two axes; the other components as they are now."""
+    radius = ABSOLUTE_RADIUS if state.window == "absolute" else RELATIVE_RADIUS * facts.mu_sd
+    if state.landscape_axes == "pca":
+        axes = tuple(axis for axis in state.map_axes if axis < facts.pb_dim)
+        anchor = facts.latent_map.project(model.anchor)
+        center = facts.latent_map.move(model.latent.mu, axes, [anchor[axis] for axis in axes])
+        directions = facts.latent_map.components[list(axes)]
+        labels = tuple(f"PC{axis + 1}" for axis in axes)
+        return LandscapeSlice(
+            center, directions, facts.latent_map.mean, anchor[list(axes)], radius, labels
+        )
+    axes = tuple(axis for axis in state.landscape_axes if axis < facts.pb_dim)
+    center = model.latent.mu.copy()
+    center[list(axes)] = model.anchor[list(axes)]
+    directions = np.eye(facts.pb_dim)[list(axes)]
+    labels = tuple(f"μ{axis + 1}" for axis in axes)
+    zero = np.zeros(facts.pb_dim)
+    return LandscapeSlice(center, directions, zero, center[list(axes)], radius, labels)
+
+
+def on_landscape(facts: ModelFacts, state: AppState, points: Array) -> Array:
+    """(..., A): points (..., D) of the latent space in the landscape's coordinates."""
+    if state.landscape_axes == "pca":
+        return facts.latent_map.project(points)[..., list(state.map_axes)]
+    return np.asarray(points)[..., list(state.landscape_axes)]
+
+
+def moved_on_landscape(
+    facts: ModelFacts, state: AppState, latent: Latent, to: tuple[float, ...]
+) -> Array:
+    """(D,): the latent's mu with the landscape's axes at `to`, the other components alone."""
+    if state.landscape_axes == "pca":
+        return facts.latent_map.move(latent.mu, state.map_axes, to)
+    mu = latent.mu.copy()
+    mu[list(state.landscape_axes)] = to
+    return mu
+
+
+def inside_window(facts: ModelFacts, state: AppState, model: ModelState) -> bool:
+    """Whether the puck lies in the landscape's window."""
+    where = landscape_slice(facts, state, model)
+    offset = on_landscape(facts, state, model.latent.mu) - where.middle
+    return bool((np.abs(offset) <= where.radius + 1e-9).all())

@@ -1,0 +1,211 @@
+"""What is on one browser's screen, as plain values.
+
+The state holds no handles, no locks and no tensors. `update.py` alone makes a new one from an old one.
+What never changes while the app runs (the learned PBs, names, lengths) stands in `ModelFacts`, beside
+the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.landscape import Landscape
+from ..core.latent_map import LatentMap
+from ..core.model import MotionLabel
+from ..core.motion import Motion
+
+Array = NDArray[np.float64]
+Colouring = Literal["class", "valence", "arousal"]
+WindowKind = Literal["absolute", "sd"]
+RecognitionStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
+Init = Literal["learned", "baseline", "random"]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelFacts:
+    """What is known of one loaded model; the same for every browser."""
+
+    name: str
+    mu: Array  # (N, D)
+    sigma: Array  # (N, D), zeros for a deterministic model
+    stochastic: bool
+    beta: float | None
+    joints: tuple[str, ...]
+    fps: float
+    motions: tuple[str, ...]
+    lengths: tuple[int, ...]
+    labels: dict[str, MotionLabel]
+    latent_map: LatentMap
+    data: tuple[Motion | None, ...]  # the training motions, where the app was given them
+
+    @property
+    def pb_dim(self) -> int:
+        return int(self.mu.shape[1])
+
+    @property
+    def mu_sd(self) -> float:
+        """Standard deviation of all learned mu, the unit of the relative landscape window."""
+        return float(self.mu.std()) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Latent:
+    """One point of the latent space and the noise that turns it into a PB (eq. 1)."""
+
+    motion: int  # the selected learned motion
+    mu: Array  # (D,)
+    sigma: Array  # (D,)
+    epsilon: Array  # (D,), kept so that sigma moves the motion smoothly
+
+    @property
+    def pb(self) -> Array:
+        return self.mu + self.sigma * self.epsilon
+
+
+@dataclass(frozen=True, eq=False)
+class GeneratedMotion:
+    """A finished generation and the request that asked for it."""
+
+    request: int
+    positions: NDArray[np.float32]  # (T, J)
+    reference: NDArray[np.float32]  # (T', J) what it is compared with: the target
+
+
+@dataclass(frozen=True, eq=False)
+class ComputedLandscape:
+    """A landscape, coarse or complete, and the request that asked for it."""
+
+    request: int
+    values: Landscape
+
+
+@dataclass(frozen=True)
+class Playback:
+    playing: bool = True
+    phase: float = 0.0  # 0 .. 1 through the motion, so that it survives a change of length
+    speed: float = 1.0
+    loop: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class RecognitionTrace:
+    """The iterations so far; K trials, S iterations, D = D_PB."""
+
+    mu: Array  # (S + 1, K, D), the last row after the last step
+    sigma: Array  # (S + 1, K, D)
+    pb: Array  # (S, K, D)
+    loss: Array  # (S, K)
+    prediction_error: Array  # (S, K)
+    early_update: NDArray[np.bool_]  # (S, K)
+
+    @property
+    def iterations(self) -> int:
+        return len(self.loss)
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """(iteration, trial) of the lowest loss so far."""
+        iteration, trial = np.unravel_index(int(self.loss.argmin()), self.loss.shape)
+        return int(iteration), int(trial)
+
+
+@dataclass(frozen=True, eq=False)
+class Recognition:
+    """The target a person gave, the settings, and the run."""
+
+    target: Motion | None = None
+    observed: float = 0.8
+    init: Init = "learned"
+    iterations: int = 100
+    trials: int = 1
+    status: RecognitionStatus = "idle"
+    request: int = 0
+    model: int = 0  # the model that the run belongs to
+    trace: RecognitionTrace | None = None
+    trial: int = 0  # the trial that is drawn
+    shown: int | None = None  # the iteration scrubbed to; None follows the newest
+    message: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelState:
+    """One model on the screen and what was computed for it."""
+
+    latent: Latent
+    anchor: Array  # (D,) the landscape's middle: the learned mu, or where the puck left the window
+    motion: GeneratedMotion | None = None
+    landscape: ComputedLandscape | None = None
+    motion_request: int = 0
+    landscape_request: int = 0
+
+
+@dataclass(frozen=True)
+class Notice:
+    """A line for the person; `number` tells one notice from the next with the same words."""
+
+    number: int
+    text: str
+    good: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class AppState:
+    """Everything on the screen of one browser."""
+
+    models: tuple[ModelState, ...]
+    active: int = 0  # the model that the boards, sliders and recognition speak of
+    playback: Playback = field(default_factory=Playback)
+    recognition: Recognition = field(default_factory=Recognition)
+    map_axes: tuple[int, ...] = (0, 1)  # principal components, from 0
+    landscape_axes: tuple[int, ...] | Literal["pca"] = (0, 1)  # mu dimensions, or the map's plane
+    window: WindowKind = "absolute"
+    colouring: Colouring = "class"
+    joint: str = ""  # shown in the Joints panel; "" = those that move most
+    use_target: bool = True  # the landscape compares with an uploaded motion where there is one
+    seed: int = 0
+    draws: int = 0  # random draws so far; with the seed, what the next draw will be
+    requests: int = 0  # the last request number given out
+    undo: tuple[Moment, ...] = ()
+    redo: tuple[Moment, ...] = ()
+    gesture: str = ""  # the gesture whose beginning the last undo entry holds
+    rested: float = 0.0  # seconds since a person last moved the latent
+    notice: Notice | None = None
+
+    @property
+    def current(self) -> ModelState:
+        return self.models[self.active]
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What undo goes back to."""
+
+    active: int
+    latents: tuple[Latent, ...]
+    recognition: Recognition
+
+
+def initial_latent(facts: ModelFacts, motion: int) -> Latent:
+    """The learned PB of a motion without noise: its reconstruction."""
+    return Latent(
+        motion=motion,
+        mu=facts.mu[motion].copy(),
+        sigma=facts.sigma[motion].copy(),
+        epsilon=np.zeros(facts.pb_dim),
+    )
+
+
+def initial_state(facts: tuple[ModelFacts, ...], seed: int = 0, motion: int = 0) -> AppState:
+    """The screen as it opens: one motion of every model, playing."""
+    models = tuple(
+        ModelState(latent, anchor=latent.mu)
+        for one in facts
+        for latent in [initial_latent(one, min(motion, len(one.motions) - 1))]
+    )
+    first = facts[0]
+    axes = (0, 1)[: first.pb_dim]
+    return AppState(models=models, map_axes=axes, landscape_axes=axes, seed=seed)

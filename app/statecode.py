@@ -1,0 +1,161 @@
+"""The state code: one line of text that restores what is on the screen.
+
+It holds numbers and names only. A code from anywhere is checked like any other input: what does not
+fit the loaded models is refused with one line, and the screen stays as it is.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import zlib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError
+from . import intents as do
+from .on_latent import MAX_MU, MAX_SIGMA
+from .state import AppState, Latent, ModelFacts, Playback
+from .transitions import Facts, Update, notify, opening_work, put_model, remember, stop_recognition
+
+PREFIX = "rnnpb1-"
+MAX_CODE_LENGTH = 20_000
+MAX_TEXT_LENGTH = 100_000
+
+
+def encode(facts: Facts, state: AppState) -> str:
+    """The state code of a screen. An uploaded motion and a running recognition are not in it."""
+    content = {
+        "models": [
+            {
+                "name": one.name,
+                "motion": one.motions[model.latent.motion],
+                "mu": model.latent.mu.tolist(),
+                "sigma": model.latent.sigma.tolist(),
+                "epsilon": model.latent.epsilon.tolist(),
+                "anchor": model.anchor.tolist(),
+            }
+            for one, model in zip(facts, state.models, strict=True)
+        ],
+        "active": state.active,
+        "playback": [
+            state.playback.playing,
+            state.playback.phase,
+            state.playback.speed,
+            state.playback.loop,
+        ],
+        "map_axes": state.map_axes,
+        "landscape_axes": state.landscape_axes,
+        "window": state.window,
+        "colouring": state.colouring,
+        "joint": state.joint,
+        "draws": state.draws,
+        "seed": state.seed,
+    }
+    packed = zlib.compress(json.dumps(content, separators=(",", ":")).encode(), 9)
+    return PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
+
+
+def decode(facts: Facts, state: AppState, code: str) -> AppState:
+    """`state` with everything that the code holds.
+
+    Raises:
+        InputError: not a state code, or one of other models than are loaded.
+    """
+    content = _unpack(code.strip())
+    try:
+        if len(content["models"]) != len(facts):
+            raise InputError(
+                f"the state code is of {len(content['models'])} models, here are {len(facts)}"
+            )
+        for index, (one, saved) in enumerate(zip(facts, content["models"], strict=True)):
+            latent = _latent(one, saved)
+            anchor = _vector(saved["anchor"], one.pb_dim, -MAX_MU, MAX_MU)
+            model = replace(state.models[index], latent=latent, anchor=anchor)
+            state = put_model(state, index, model)
+        playing, phase, speed, loop = content["playback"]
+        active = int(content["active"])
+        dim = facts[active].pb_dim
+        landscape_axes = content["landscape_axes"]
+        return replace(
+            state,
+            active=active,
+            playback=Playback(
+                bool(playing),
+                float(np.clip(float(phase), 0.0, 1.0)),
+                float(np.clip(float(speed), 0.1, 4.0)),
+                bool(loop),
+            ),
+            map_axes=_axes(content["map_axes"], dim),
+            landscape_axes="pca" if landscape_axes == "pca" else _axes(landscape_axes, dim),
+            window="sd" if content["window"] == "sd" else "absolute",
+            colouring=(
+                content["colouring"]
+                if content["colouring"] in ("class", "valence", "arousal")
+                else "class"
+            ),
+            joint=content["joint"] if content["joint"] in facts[active].joints else "",
+            draws=max(0, int(content["draws"])),
+            seed=max(0, int(content["seed"])),
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("the state code is damaged") from error
+
+
+def restore(facts: Facts, state: AppState, intent: do.RestoreCode) -> Update:
+    """Put the screen of a code on, or say why not; undo leads back."""
+    try:
+        restored = decode(facts, state, intent.code)
+    except InputError as error:
+        return notify(state, str(error)), ()
+    state, works = stop_recognition(remember(state, ""))
+    restored = replace(
+        restored, undo=state.undo, redo=state.redo, recognition=state.recognition, gesture=""
+    )
+    restored, more = opening_work(facts, restored)
+    return restored, works + more
+
+
+def _unpack(code: str) -> dict[str, Any]:
+    if not code.startswith(PREFIX) or len(code) > MAX_CODE_LENGTH:
+        raise InputError(f"not a state code; one begins with {PREFIX}")
+    packed = code.removeprefix(PREFIX)
+    try:
+        raw = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
+        text = zlib.decompressobj().decompress(raw, MAX_TEXT_LENGTH)  # no zip bomb
+        content = json.loads(text)
+    except (binascii.Error, zlib.error, ValueError, RecursionError) as error:
+        raise InputError("the state code is damaged") from error
+    if not isinstance(content, dict):
+        raise InputError("the state code is damaged")
+    return content
+
+
+def _latent(facts: ModelFacts, saved: dict[str, Any]) -> Latent:
+    if saved["name"] != facts.name or saved["motion"] not in facts.motions:
+        raise InputError(f"the state code is of {saved['name']!r}, here is {facts.name!r}")
+    return Latent(
+        motion=facts.motions.index(saved["motion"]),
+        mu=_vector(saved["mu"], facts.pb_dim, -MAX_MU, MAX_MU),
+        sigma=_vector(saved["sigma"], facts.pb_dim, 0.0, MAX_SIGMA),
+        epsilon=_vector(saved["epsilon"], facts.pb_dim, -10.0, 10.0),
+    )
+
+
+def _vector(values: list[float], dim: int, low: float, high: float) -> np.ndarray:
+    vector = np.array(values, dtype=np.float64)
+    if vector.shape != (dim,) or not np.isfinite(vector).all():
+        raise InputError("the state code is damaged")
+    return np.clip(vector, low, high)
+
+
+def _axes(axes: list[int], dim: int) -> tuple[int, ...]:
+    chosen = tuple(int(axis) for axis in axes)
+    if len(set(chosen)) != min(dim, 2) or not all(0 <= axis < dim for axis in chosen):
+        raise InputError("the state code names axes that the model does not have")
+    return chosen

@@ -1,0 +1,120 @@
+"""Steps from one state to the next that several intents share, and the work they want. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import intents as do
+from .slices import inside_window, landscape_slice
+from .state import AppState, Latent, ModelFacts, ModelState, Moment, Notice
+
+Facts = tuple[ModelFacts, ...]
+Update = tuple[AppState, tuple[do.Work, ...]]
+
+MAX_UNDO = 100
+
+
+def opening_work(facts: Facts, state: AppState) -> Update:
+    """Ask for every model's motion and landscape."""
+    works: tuple[do.Work, ...] = ()
+    for index in range(len(state.models)):
+        state, motion = want_motion(facts, state, index)
+        state, landscape = want_landscape(facts, state, index)
+        works += motion + landscape
+    return state, works
+
+
+def target_of(facts: Facts, state: AppState, index: int) -> NDArray[np.float32] | None:
+    """(T, J) what a model's motion is compared with; None = its own reconstruction."""
+    target = state.recognition.target
+    if target is not None and state.use_target and target.joints == facts[index].joints:
+        return target.positions
+    data = facts[index].data[state.models[index].latent.motion]
+    return None if data is None else data.positions
+
+
+def want_motion(facts: Facts, state: AppState, index: int) -> Update:
+    model = state.models[index]
+    target = target_of(facts, state, index)
+    steps = facts[index].lengths[model.latent.motion] if target is None else len(target)
+    request = state.requests + 1
+    state = replace(
+        put_model(state, index, replace(model, motion_request=request)), requests=request
+    )
+    return state, (
+        do.GenerateWork(index, request, model.latent.pb, steps, model.latent.motion, target),
+    )
+
+
+def want_landscape(facts: Facts, state: AppState, index: int) -> Update:
+    model = state.models[index]
+    where = landscape_slice(facts[index], state, model)
+    request = state.requests + 1
+    state = replace(
+        put_model(state, index, replace(model, landscape_request=request)), requests=request
+    )
+    return state, (
+        do.LandscapeWork(
+            model=index,
+            request=request,
+            center=where.center,
+            directions=where.directions,
+            zero=where.zero,
+            radius=where.radius,
+            target=target_of(facts, state, index),
+            motion=model.latent.motion,
+        ),
+    )
+
+
+def put_model(state: AppState, index: int, model: ModelState) -> AppState:
+    models = (*state.models[:index], model, *state.models[index + 1 :])
+    return replace(state, models=models)
+
+
+def notify(state: AppState, text: str, *, good: bool = False) -> AppState:
+    number = 1 if state.notice is None else state.notice.number + 1
+    return replace(state, notice=Notice(number, text, good))
+
+
+def remember(state: AppState, gesture: str) -> AppState:
+    """Keep the present for undo, unless the same gesture (one drag, one slider) goes on."""
+    if gesture and gesture == state.gesture:
+        return replace(state, rested=0.0)
+    return replace(
+        state, undo=(*state.undo, moment(state))[-MAX_UNDO:], redo=(), gesture=gesture, rested=0.0
+    )
+
+
+def moment(state: AppState) -> Moment:
+    return Moment(state.active, tuple(model.latent for model in state.models), state.recognition)
+
+
+def show_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> Update:
+    """Put a model at a point; ask for its motion, and for its landscape where that changed.
+
+    The landscape depends on the components across its plane and on its anchor, so that a move within
+    the plane leaves it as it is.
+    """
+    before = state.models[index]
+    old_slice = landscape_slice(facts[index], state, before)
+    model = replace(before, latent=latent)
+    if not inside_window(facts[index], state, model):
+        model = replace(model, anchor=latent.mu)
+    new_slice = landscape_slice(facts[index], state, model)
+    state, works = want_motion(facts, put_model(state, index, model), index)
+    moved = not np.allclose(old_slice.center, new_slice.center, atol=1e-9)
+    if moved or latent.motion != before.latent.motion:
+        state, more = want_landscape(facts, state, index)
+        works += more
+    return state, works
+
+
+def stop_recognition(state: AppState) -> Update:
+    if state.recognition.status != "running":
+        return state, ()
+    recognition = replace(state.recognition, status="cancelled")
+    return replace(state, recognition=recognition), (do.CancelRecogniseWork(),)
