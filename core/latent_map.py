@@ -2,7 +2,7 @@
 
 Figs. 3 and 6 of the paper draw PBs on their first two principal components. Here the map has all
 D of them, so that a point of a drawn plane and the components that are not drawn determine a PB.
-Everything is float64: a PB that goes to the map and back stays the same to the last float32 digit.
+Everything is float64, so that going to the map and back moves a PB by far less than float32 shows.
 """
 
 from __future__ import annotations

@@ -1,0 +1,63 @@
+"""How well a model reproduces the motions it was trained on (Table I)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .model import RNNPB
+from .motion import Motion
+from .recognition import observed_losses
+
+
+def reconstruction(
+    model: RNNPB, motions: Sequence[Motion], samples: int = 100, seed: int = 0
+) -> tuple[float, float]:
+    """Mean and standard deviation of the error over N motions x `samples` sampled PBs (Table I).
+
+    The error of a sample is squared and averaged over frames and joints. Of a deterministic model
+    every sample would be the same; it is generated once.
+
+    Args:
+        motions: the N training motions in the order of the model's PBs.
+
+    Raises:
+        InputError: other motions than the model's, or no samples.
+    """
+    if samples < 1:
+        raise InputError(f"samples must be at least 1, got {samples}")
+    errors = _errors(model, motions, samples if model.stochastic else 1, seed)
+    return float(errors.mean()), float(errors.std())
+
+
+def reconstruction_at_mean(model: RNNPB, motions: Sequence[Motion]) -> NDArray[np.float64]:
+    """(N,) error of each motion, averaged over frames and joints, at its mu and sigma = 0."""
+    return _errors(model, motions, 0, 0)[:, 0]
+
+
+@torch.no_grad()
+def _errors(
+    model: RNNPB, motions: Sequence[Motion], samples: int, seed: int
+) -> NDArray[np.float64]:
+    """(N, samples) errors; (N, 1) those at sigma = 0 where there are no samples."""
+    if len(motions) != model.config.num_motions:
+        raise InputError(
+            f"the data has {len(motions)} motions, the model {model.config.num_motions} PBs"
+        )
+    random = np.random.default_rng(seed)
+    rows = []
+    for mu, sigma, motion in zip(model.mu, model.sigma, motions, strict=True):
+        if len(motion.joints) != model.config.num_joints:
+            raise InputError(
+                f"motion {motion.name!r} has {len(motion.joints)} joints, "
+                f"the model {model.config.num_joints}"
+            )
+        noise = random.standard_normal((samples, len(mu))) if samples else np.zeros((1, len(mu)))
+        pbs = mu + sigma * torch.as_tensor(noise).to(mu)
+        target = torch.as_tensor(motion.positions).to(mu)
+        rows.append(observed_losses(model, pbs, target).double().cpu().numpy())
+    return np.stack(rows)
