@@ -1,8 +1,8 @@
 """Pictures of the two boards: the map of learned PBs and the correlation landscape.
 
-Pure functions from values to a `Board`: a (size, size, 3) uint8 picture, and the `PlotFrame` that says
-where data lies on it. What does not change while a puck is dragged (axes, ticks, titles) is rendered
-once and kept; a redraw copies it and draws the rest over it. The puck is not part of a picture.
+Pure functions from values to a `Board`: a (size, size, 3) uint8 picture, and the `PlotFrame` that
+says where data lies on it. What does not change while a puck is dragged (axes, ticks, titles) is
+rendered once and kept; a redraw copies it and draws the rest over it. No picture has a puck in it.
 """
 
 from __future__ import annotations

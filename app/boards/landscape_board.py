@@ -85,8 +85,7 @@ def draw_landscape(
     with canvas.clip(area.left, area.top, area.right, area.bottom):
         if learned is not None:
             at = frame.to_pixels([learned], size)
-            canvas.markers(at, 9 * area.scale, PLOT, grow=4 * area.scale)
-            canvas.markers(at, 9 * area.scale, SELECTED)
+            canvas.markers(at, 9 * area.scale, SELECTED, edge=PLOT, edge_width=4 * area.scale)
         if path is not None:
             draw_path(canvas, area, frame, path)
     return Board(canvas.pixels(), frame)

@@ -247,16 +247,23 @@ def _draw_points(
     named: Sequence[int],
 ) -> None:
     """The points, the strongest on top; those with a name beside them have a dark edge."""
-    named_ones = set(named)
-    for i in np.argsort(strength, kind="stable").tolist():
-        at, shape = pixels[i], style.shapes[i]
-        if i in named_ones:
-            canvas.markers(at, radius[i], PLOT, shapes=shape, grow=4 * area.scale)
-            canvas.markers(at, radius[i], LABEL, shapes=shape, grow=2.5 * area.scale)
-            canvas.markers(at, radius[i], PLOT, shapes=shape)
-        else:
-            edge = 0.8 * strength[i]
-            canvas.markers(at, radius[i], PLOT, shapes=shape, alpha=edge, grow=2 * area.scale)
+    shapes = style.shapes
+    order = np.argsort(strength, kind="stable").tolist()
+    plain = [i for i in order if i not in set(named)]
+    canvas.markers(
+        pixels[plain],
+        radius[plain],
+        style.rgb[plain],
+        shapes=[shapes[i] for i in plain],
+        alpha=strength[plain],
+        edge=PLOT,
+        edge_width=2 * area.scale,
+        edge_alpha=0.8 * strength[plain],
+    )
+    for i in (i for i in order if i in set(named)):
+        at, shape = pixels[i], shapes[i]
+        rim = 3 * area.scale
+        canvas.markers(at, radius[i], PLOT, shapes=shape, edge=LABEL, edge_width=rim)
         canvas.markers(at, radius[i], style.rgb[i], shapes=shape, alpha=strength[i])
 
 
@@ -264,8 +271,7 @@ def _draw_selected(
     canvas: Canvas, area: Area, at: NDArray[np.float64], style: PointStyle, index: int
 ) -> None:
     scale = area.scale
-    canvas.markers(at, 21 * scale, SELECTED)
-    canvas.markers(at, 16.5 * scale, PLOT)
+    canvas.markers(at, 16.5 * scale, PLOT, edge=SELECTED, edge_width=4.5 * scale)
     canvas.markers(at, 12 * scale, style.rgb[index], shapes=style.shapes[index])
 
 

@@ -46,8 +46,16 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
     if path.pb is not None and len(path.pb):
         pb = frame.to_pixels(as_points(path.pb), area.size)[: now + 1]
         reach = max(4.0, 9.5 * scale)
-        canvas.markers(pb, reach, PLOT, shapes="cross", alpha=0.6, grow=1.5 * scale)
-        canvas.markers(pb, reach, SAMPLE, shapes="cross", alpha=0.9)
+        canvas.markers(
+            pb,
+            reach,
+            SAMPLE,
+            shapes="cross",
+            alpha=0.9,
+            edge=PLOT,
+            edge_width=1.5 * scale,
+            edge_alpha=0.6,
+        )
     done = mu[: now + 1]
     radius = _circle_radii(path.sigma, len(mu)) * scale
     # Many circles on one spot would add up to a solid blot; the older ones step back.
@@ -73,12 +81,11 @@ def _draw_ends(
     canvas: Canvas, mu: NDArray[np.float64], now: int, radius: float, scale: float
 ) -> None:
     """Dot at the start; cross at the end, or a ring where the scrubber stands."""
-    canvas.markers(mu[:1], 11 * scale, PLOT, grow=3 * scale)
-    canvas.markers(mu[:1], 11 * scale, PATH_ENDS)
+    rim = 3 * scale
+    canvas.markers(mu[:1], 11 * scale, PATH_ENDS, edge=PLOT, edge_width=rim)
     here = mu[now : now + 1]
     if now == len(mu) - 1:
-        canvas.markers(here, 19 * scale, PLOT, shapes="plus", grow=3 * scale)
-        canvas.markers(here, 19 * scale, PATH_ENDS, shapes="plus")
+        canvas.markers(here, 19 * scale, PATH_ENDS, shapes="plus", edge=PLOT, edge_width=rim)
         return
     if not np.isfinite(here).all():
         return
@@ -87,8 +94,7 @@ def _draw_ends(
     ring = here + reach * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     canvas.line(ring, PLOT, 7 * scale, alpha=0.8)
     canvas.line(ring, PATH_STRONG, 4 * scale)
-    canvas.markers(here, 8 * scale, PLOT, grow=3 * scale)
-    canvas.markers(here, 8 * scale, PATH_ENDS)
+    canvas.markers(here, 8 * scale, PATH_ENDS, edge=PLOT, edge_width=rim)
 
 
 def draw_ellipse(

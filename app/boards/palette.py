@@ -1,6 +1,6 @@
 """Colours and fonts of the boards, chosen to survive colour blindness and a projector.
 
-The correlation scale is ColorBrewer's RdBu, the one of the paper's Fig. 4 (red -1, white 0, blue 1).
+The correlation scale is ColorBrewer's RdBu, that of the paper's Fig. 4 (red -1, white 0, blue 1).
 Classes get one of Paul Tol's muted hues and, where those run out, another marker shape, which does
 not depend on seeing colour.
 """
@@ -45,8 +45,8 @@ BUSY_FILL: Color = (236, 239, 243)
 DONE: Color = (21, 94, 62)
 DONE_FILL: Color = (223, 243, 232)
 
-# Tol's muted qualitative set, less its palest, which vanish on white, and with Okabe and Ito's sky and
-# vermilion.
+# Tol's muted qualitative set, less its palest, which vanish on white; sky and vermilion are Okabe
+# and Ito's.
 CLASS_HUES: tuple[Color, ...] = (
     (51, 34, 136),  # indigo
     (204, 102, 119),  # rose
@@ -72,7 +72,7 @@ def _table(anchors: str, steps: int = 255) -> NDArray[np.uint8]:
     colors = np.array([[int(a[i : i + 2], 16) for i in (0, 2, 4)] for a in anchors.split()], float)
     at = np.linspace(0, len(colors) - 1, steps)
     columns = [np.interp(at, np.arange(len(colors)), colors[:, c]) for c in range(3)]
-    table = np.rint(np.stack(columns, axis=1)).astype(np.uint8)
+    table: NDArray[np.uint8] = np.rint(np.stack(columns, axis=1)).astype(np.uint8)
     table.flags.writeable = False
     return table
 
@@ -90,7 +90,10 @@ def scale_colors(
     known = np.isfinite(array) | np.isinf(array)
     share = np.clip((np.where(known, array, low) - low) / (high - low), 0.0, 1.0)
     colors = table[np.rint(share * (len(table) - 1)).astype(np.intp)]
-    return np.where(known[..., None], colors, np.array(UNKNOWN, dtype=np.uint8))
+    result: NDArray[np.uint8] = np.where(
+        known[..., None], colors, np.array(UNKNOWN, dtype=np.uint8)
+    )
+    return result
 
 
 def correlation_colors(correlation: ArrayLike) -> NDArray[np.uint8]:
@@ -152,14 +155,18 @@ def style_points(
     numbers = np.array([np.nan if v is None else float(v) for v in values], dtype=np.float64)
     rgb = scale_colors(numbers, SCALES[by], 0.0, 1.0)
     ends = ("negative", "positive") if by == "valence" else ("calm", "excited")
-    return PointStyle(rgb, ("circle",) * len(rgb), Legend(by, by, *ends))
+    return PointStyle(rgb, _circles(len(rgb)), Legend(by, by, *ends))
 
 
 def plain_points(count: int, color: Color = CLASS_HUES[0]) -> PointStyle:
     """One look for all of `count` points: nothing is known of them but where they are."""
     rgb = np.tile(np.array(color, dtype=np.uint8), (count, 1))
-    shapes: tuple[Shape, ...] = ("circle",) * count
-    return PointStyle(rgb, shapes, Legend(""))
+    return PointStyle(rgb, _circles(count), Legend())
+
+
+def _circles(count: int) -> tuple[Shape, ...]:
+    circle: Shape = "circle"
+    return (circle,) * count
 
 
 @lru_cache(maxsize=64)

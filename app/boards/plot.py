@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from PIL import Image
 
 from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE, Color

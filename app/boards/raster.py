@@ -95,40 +95,54 @@ class Canvas:
         *,
         shapes: Shape | Sequence[Shape] = "circle",
         alpha: ArrayLike = 1.0,
-        grow: float = 0.0,
+        edge: Color | None = None,
+        edge_width: float = 0.0,
+        edge_alpha: ArrayLike = 1.0,
     ) -> None:
         """N marks, in order; what is not finite or off the clip is left out.
 
         Args:
             xy: (N, 2) pixels. radius: (N,) or one. colors: (N, 3) or one. alpha: (N,) or one.
-            grow: pixels by which the outline is moved out: draws an edge for the same mark on top.
+            edge: colour of an outline, `edge_width` pixels outside the mark; its alpha (N,) or one.
         """
         at = np.asarray(xy, dtype=np.float64).reshape(-1, 2)
         count = len(at)
-        radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), (count,))
-        rgb = np.broadcast_to(np.asarray(colors, dtype=np.uint8), (count, 3)).tolist()
-        opacity = np.broadcast_to(np.asarray(alpha, dtype=np.float64), (count,))
+        radii = _each(radius, count)
+        opacity, edge_opacity = _each(alpha, count), _each(edge_alpha, count)
+        rgb = np.asarray(colors, dtype=np.uint8).reshape(-1, 3).tolist()
         for i, (x, y) in enumerate(at.tolist()):
-            reach = float(radii[i]) + grow + 1
+            reach = 1.5 * radii[i] + edge_width + 1
             if not self._touches(x - reach, y - reach, x + reach, y + reach):
                 continue
             shape = shapes if isinstance(shapes, str) else shapes[i]
-            qx, qy = round(x * _STEPS), round(y * _STEPS)
-            mask, offset = _mark_mask(
-                shape,
-                round(float(radii[i]) * _STEPS),
-                round(grow * _STEPS),
-                qx % _STEPS,
-                qy % _STEPS,
-                round(min(1.0, max(0.0, float(opacity[i]))) * 32),
-            )
-            r, g, b = rgb[i]
-            self.paste(qx // _STEPS - offset, qy // _STEPS - offset, mask, (r, g, b))
+            if edge is not None:
+                self._mark(shape, x, y, radii[i], edge_width, edge_opacity[i], edge)
+            red, green, blue = rgb[i if len(rgb) > 1 else 0]
+            self._mark(shape, x, y, radii[i], 0.0, opacity[i], (red, green, blue))
+
+    def _mark(
+        self,
+        shape: Shape,
+        x: float,
+        y: float,
+        radius: float,
+        grow: float,
+        alpha: float,
+        color: Color,
+    ) -> None:
+        qx, qy, quarters = round(x * _STEPS), round(y * _STEPS), round(radius * _STEPS)
+        share = round(min(1.0, max(0.0, alpha)) * 32)
+        if quarters <= 0 or share <= 0:
+            return
+        mask, offset = _mark_mask(
+            shape, quarters, round(grow * _STEPS), qx % _STEPS, qy % _STEPS, share
+        )
+        self.paste(qx // _STEPS - offset, qy // _STEPS - offset, mask, color)
 
     def line(self, xy: ArrayLike, color: Color, width: float = 2.0, alpha: float = 1.0) -> None:
         """A polyline through (N, 2) pixels, broken where a point is not finite."""
         at = np.clip(np.asarray(xy, dtype=np.float64).reshape(-1, 2), -_FAR, _FAR)
-        finite = np.isfinite(at).all(axis=1)
+        finite: NDArray[np.bool_] = np.isfinite(at).all(axis=1)
         if finite.sum() < 2:
             return
         margin = width + 2
@@ -145,7 +159,7 @@ class Canvas:
         for run in np.split(np.arange(len(at)), np.flatnonzero(~finite)):
             points = [(float(scaled[i, 0]), float(scaled[i, 1])) for i in run if finite[i]]
             if len(points) > 1:
-                draw.line(points, fill=ink, width=thick, joint="curve")
+                draw.line(points, fill=ink, width=thick)
         self.paste(x0, y0, mask.reduce(_OVER), color)
 
     def ellipses(
@@ -216,6 +230,12 @@ class Canvas:
         """Does the box touch the clip? False for NaN and infinity."""
         x0, y0, x1, y1 = self._clip
         return x0 < right < _FAR and -_FAR < left < x1 and y0 < bottom < _FAR and -_FAR < top < y1
+
+
+def _each(value: ArrayLike, count: int) -> list[float]:
+    """One number for each of `count` marks, from as many or from one."""
+    numbers: list[float] = np.asarray(value, dtype=np.float64).reshape(-1).tolist()
+    return numbers * count if len(numbers) == 1 else numbers
 
 
 def _as_mask(coverage: Floats) -> Image.Image:
