@@ -51,13 +51,20 @@ def main(argv: Sequence[str] | None = None, commands: Sequence[Command] = COMMAN
 
 
 def build_parser(commands: Sequence[Command]) -> Parser:
-    parser = Parser(prog="rnnpb", description="Stochastic RNNPB models without a browser.")
+    parser = Parser(
+        prog="rnnpb", description="Stochastic RNNPB models without a browser.", allow_abbrev=False
+    )
     parser.add_argument("--version", action="version", version=_version())
     choices = parser.add_subparsers(
         dest="command", metavar="COMMAND", required=True, parser_class=Parser
     )
     for command in commands:
-        own = choices.add_parser(command.name, help=command.summary, description=command.summary)
+        own = choices.add_parser(
+            command.name,
+            help=command.summary,
+            description=command.summary,
+            allow_abbrev=False,
+        )
         command.add_arguments(own)
         own.set_defaults(run=command.run)
     return parser

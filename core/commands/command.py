@@ -22,9 +22,6 @@ MAX_COMPONENT = 1e6  # of mu or sigma; beyond it the network only saturates
 class Parser(argparse.ArgumentParser):
     """argparse, but a mistake is one plain line instead of the usage and an exit."""
 
-    def __init__(self, *args: object, **kwargs: object) -> None:
-        super().__init__(*args, allow_abbrev=False, **kwargs)  # type: ignore[arg-type]
-
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message} ({self.prog} --help lists the flags)")
 

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from ..model import RNNPB
 
 MAX_SAMPLES = 10_000
-BATCH = 32  # motions at a time: bounds the memory for the hidden states
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,11 +90,13 @@ def sample(model: RNNPB, mu: Tensor, sigma: Tensor, samples: int, steps: int, se
     """
     import torch
 
+    from ..batching import chunks
+
     random = torch.Generator().manual_seed(seed)
     noise = torch.randn(samples, model.config.pb_dim, generator=random)
     pb = (mu + sigma * noise).to(model.mu.device)
     with torch.no_grad():
-        motions = torch.cat([model.generate(part, steps).cpu() for part in pb.split(BATCH)])
+        motions = torch.cat([model.generate(part, steps).cpu() for part in chunks(pb, steps)])
     if not torch.isfinite(motions).all():
         raise InputError("this PB lies so far out that the network overflows; try smaller numbers")
     return motions

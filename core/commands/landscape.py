@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ..csv_table import Unit
     from ..data import Dataset
     from ..landscape import Landscape
     from ..model import RNNPB
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _target(
-    model: RNNPB, dataset: Dataset | None, index: int, path: str | None, unit: str
+    model: RNNPB, dataset: Dataset | None, index: int, path: str | None, unit: Unit
 ) -> NDArray[np.float32]:
     """(T, J) what the generated motions are compared with; it decides their length."""
     if path is not None:
@@ -119,6 +120,8 @@ def _window(
     model: RNNPB, index: int, axes: tuple[int, ...], radius: tuple[float, str]
 ) -> dict[str, Any]:
     """Centre, axes and size of the window, as `landscape` takes them."""
+    import numpy as np
+
     from ..landscape import unit_directions
     from ..latent_map import LatentMap
 
@@ -126,14 +129,16 @@ def _window(
     dimensions = model.config.pb_dim
     if axes == PCA:
         latent_map = LatentMap.fit(mu)
-        directions, origin = latent_map.components[:2], latent_map.mean
+        directions = latent_map.components[:2]
+        origin = latent_map.mean
     else:
         shown = tuple(axis + 1 for axis in axes)
         if dimensions > 1 and len(axes) != 2:
             raise InputError(f"--axes needs two numbers, as in 1,2, got {shown[0]}")
         if dimensions > 1 and max(axes) >= dimensions:
             raise InputError(f"--axes {shown[0]},{shown[1]}: this PB has {dimensions} components")
-        directions, origin = unit_directions(dimensions, axes), 0.0
+        directions = unit_directions(dimensions, axes)
+        origin = np.zeros(dimensions)
     size, kind = radius
     deviations = (mu @ directions.T).std(axis=0).tolist()
     if kind == "sd" and not min(deviations) > 0:

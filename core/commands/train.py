@@ -177,9 +177,10 @@ class _Session:
         text += "  KL {task.fields[kl]:.1f}  {task.fields[rate]:.1f} epochs/s"
         first = self.trainer.epoch
         total = self.trainer.training.epochs
-        empty = dict.fromkeys(("loss", "error", "kl", "rate"), 0.0)
         with progress_bar(text) as bar:
-            task = bar.add_task("training", total=total, completed=first, **empty)
+            task = bar.add_task(
+                "training", total=total, completed=first, loss=0.0, error=0.0, kl=0.0, rate=0.0
+            )
             for progress in self.trainer.run():
                 self._last = progress
                 rate = (progress.epoch - first) / (time.monotonic() - self._started)
