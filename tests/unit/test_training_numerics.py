@@ -1,0 +1,138 @@
+"""Training on tiny data: the published loss, determinism, resuming bit for bit, learning."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from rnnpb_explorer.core.checkpoint import load_checkpoint, read_plain, save_checkpoint
+from rnnpb_explorer.core.data import Dataset
+from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, kl_divergence
+from rnnpb_explorer.core.motion import Motion
+from rnnpb_explorer.core.training import Trainer, TrainingConfig
+
+from .plain import plain_generate
+
+SMALL = ModelConfig(pb_dim=2, hidden_size=12, beta=1e-3)
+RECIPE = TrainingConfig(epochs=6, warm_up_epochs=2, seed=4)
+
+
+@pytest.fixture
+def waves() -> Dataset:
+    """Five motions of three joints, 9 to 25 frames, in two buckets or more."""
+    joints = ("a", "b", "c")
+    motions = []
+    for number, frames in enumerate((9, 25, 10, 24, 16)):
+        time = np.arange(frames)[:, None] / 8
+        positions = np.sin(time * (1 + number / 3) + np.arange(3)) * 0.5
+        motions.append(Motion(f"wave {number}", joints, positions.astype(np.float32)))
+    return Dataset(tuple(motions), {})
+
+
+def weights(model: RNNPB) -> dict[str, torch.Tensor]:
+    return {name: value.clone() for name, value in model.state_dict().items()}
+
+
+def assert_same_bits(first: RNNPB, second: RNNPB) -> None:
+    for name, value in weights(first).items():
+        assert torch.equal(value, second.state_dict()[name]), name
+
+
+@pytest.mark.parametrize("behavior", ["stochastic", "deterministic"])
+def test_an_epoch_follows_the_published_loss(waves: Dataset, behavior: str) -> None:
+    """Squared error summed over joints, mean over all frames; KL summed over everything."""
+    beta = 1e-3 if behavior == "stochastic" else None
+    config = replace(SMALL, behavior=behavior, beta=beta)  # type: ignore[arg-type]
+    trainer = Trainer(waves, config, replace(RECIPE, max_gradient_norm=1e9))
+    with torch.no_grad():  # from mu = 0 the PBs' gradients would be very small
+        trainer.model.mu.normal_(generator=torch.Generator().manual_seed(0))
+    model = RNNPB(trainer.model.config, trainer.model.info)
+    model.load_state_dict(weights(trainer.model))
+
+    noise = torch.randn(model.mu.shape, generator=torch.Generator().manual_seed(RECIPE.seed))
+    pbs, kl = model.mu, torch.zeros(())
+    if behavior == "stochastic":
+        pbs = model.mu + model.sigma * noise
+        kl = kl_divergence(model.mu, model.log_var)
+    squared = sum(
+        (plain_generate(model, pb, len(motion)) - torch.as_tensor(motion.positions)).square().sum()
+        for pb, motion in zip(pbs, waves.motions, strict=True)
+    )
+    frames = sum(len(motion) for motion in waves.motions)
+    loss = squared / frames + (beta or 0.0) * kl
+    loss.backward()
+
+    progress = next(trainer.run())
+    assert progress.loss == pytest.approx(loss.item(), rel=1e-5)
+    assert progress.error == pytest.approx(squared.item() / frames / 3, rel=1e-5)
+    assert progress.kl == pytest.approx(kl.item())
+    for (name, trained), plain in zip(
+        trainer.model.named_parameters(), model.parameters(), strict=True
+    ):
+        if trained.grad is None:
+            assert plain.grad is None, name
+        else:
+            torch.testing.assert_close(trained.grad, plain.grad, rtol=1e-4, atol=1e-7, msg=name)
+
+
+def test_the_seed_decides_everything(waves: Dataset) -> None:
+    def trained(seed: int) -> Trainer:
+        trainer = Trainer(waves, SMALL, replace(RECIPE, seed=seed))
+        torch.rand(5)  # the global generator plays no part
+        list(trainer.run())
+        return trainer
+
+    assert_same_bits(trained(4).model, trained(4).model)
+    assert not torch.equal(trained(4).model.mu, trained(5).model.mu)
+
+
+def test_making_a_trainer_leaves_the_global_generator_alone(waves: Dataset) -> None:
+    torch.manual_seed(1)
+    expected = torch.rand(3)
+    torch.manual_seed(1)
+    Trainer(waves, SMALL, RECIPE)
+    assert torch.equal(torch.rand(3), expected)
+
+
+def test_resumes_bit_for_bit_through_a_file(waves: Dataset, tmp_path: Path) -> None:
+    straight = Trainer(waves, SMALL, RECIPE)
+    losses = [progress.loss for progress in straight.run()]
+
+    interrupted = Trainer(waves, SMALL, RECIPE)
+    for progress in interrupted.run():
+        if progress.epoch == 2:
+            break
+    path = tmp_path / "half.pt"
+    save_checkpoint(interrupted.model, path, resume=interrupted.state())
+
+    resumed = Trainer(waves, SMALL, RECIPE)
+    resumed.restore(load_checkpoint(path), read_plain(path)["resume"])
+    rest = list(resumed.run())
+    assert [progress.epoch for progress in rest] == [3, 4, 5, 6]
+    assert [progress.loss for progress in rest] == losses[2:]
+    assert_same_bits(resumed.model, straight.model)
+
+
+def test_does_not_resume_another_run(waves: Dataset) -> None:
+    trainer = Trainer(waves, SMALL, RECIPE)
+    next(trainer.run())
+    state = trainer.state()
+    with pytest.raises(InputError, match="another recipe"):
+        Trainer(waves, SMALL, replace(RECIPE, seed=9)).restore(trainer.model, state)
+    with pytest.raises(InputError, match="another model or other data"):
+        Trainer(waves, replace(SMALL, hidden_size=13), RECIPE).restore(trainer.model, state)
+
+
+@pytest.mark.parametrize("behavior", ["stochastic", "deterministic"])
+def test_learns(waves: Dataset, behavior: str) -> None:
+    beta = 1e-4 if behavior == "stochastic" else None
+    config = replace(SMALL, behavior=behavior, beta=beta)  # type: ignore[arg-type]
+    recipe = replace(RECIPE, epochs=250, learning_rate=1e-2, warm_up_epochs=10)
+    errors = [progress.error for progress in Trainer(waves, config, recipe).run()]
+    assert len(errors) == 250
+    assert np.mean(errors[-10:]) < 0.3 * np.mean(errors[:10])
