@@ -8,49 +8,86 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .palette import LABEL, PLOT, TEXT
+from .masks import shorten, text_width
+from .palette import AXIS, LABEL, PLOT, TEXT
 from .plot import Area
-from .raster import Canvas, shorten, text_width
+from .raster import Canvas
 
 LABEL_SIZE = 28.0  # design pixels
 WIDEST = 340.0
+PUCK_RADIUS = 34.0  # design pixels around the puck, which others draw, that names keep free
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 
 
 @dataclass(frozen=True)
 class Label:
-    """A name wanted beside the point at (x, y) in pixels."""
+    """A name wanted for a point, given by its index."""
 
-    index: int  # of the point
-    x: float
-    y: float
+    point: int
     text: str
     strong: bool = False  # bold, and set in any case
-    radius: float = 12.0  # of the point's mark, kept free
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A name, the box that it takes, and the (x, y) in pixels that it belongs to."""
+
+    label: Label
+    box: Box
+    at: tuple[float, float]
+    leader: bool  # a line joins the two
 
 
 def place_labels(
-    area: Area, labels: Iterable[Label], avoid: NDArray[np.float64]
-) -> list[tuple[Label, Box]]:
+    area: Area,
+    labels: Iterable[Label],
+    pixels: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    *,
+    puck: NDArray[np.float64] | None = None,
+    on_a_line: bool = False,
+) -> list[Placed]:
     """Find a place for each name, first come first served; one that finds none is left out.
 
     Args:
-        avoid: (N, 2) pixels of marks that names keep clear of where they can.
+        pixels: (N, 2) all points; names cover as few of them as they can.
+        radius: (N,) pixels, of their marks.
+        puck: (2,) pixels; hides what is under it, so names stay clear, and the names of points that
+            it hides stand beside it.
+        on_a_line: all points lie on one horizontal line, so names go below and above it.
     """
     size = area.scaled(LABEL_SIZE)
-    placed: list[tuple[Label, Box]] = []
+    reach = PUCK_RADIUS * area.scale
+    placed: list[Placed] = []
     for label in labels:
-        width = text_width(_text(area, label), size, bold=label.strong)
-        box = _free_place(area, label, width, size, [box for _, box in placed], avoid)
+        at, free = pixels[label.point], float(radius[label.point]) * (1.5 if label.strong else 1.0)
+        if puck is not None and float(np.hypot(*(at - puck))) < reach:
+            at, free = puck, reach
+        x, y = at.tolist()
+        width, height = text_width(_text(area, label), size, bold=label.strong), size * 1.12
+        places = (_off_line if on_a_line else _around)(x, y, free + 0.3 * size, width, height)
+        taken = [one.box for one in placed]
+        if puck is not None:
+            px, py = puck.tolist()
+            taken.append(
+                (px - 0.85 * reach, py - 0.85 * reach, px + 0.85 * reach, py + 0.85 * reach)
+            )
+        box = _free_place(area, places, width, height, taken, pixels, must=label.strong)
         if box is not None:
-            placed.append((label, box))
+            placed.append(Placed(label, box, (x, y), on_a_line))
     return placed
 
 
-def draw_labels(canvas: Canvas, area: Area, placed: Sequence[tuple[Label, Box]]) -> None:
+def draw_labels(canvas: Canvas, area: Area, placed: Sequence[Placed]) -> None:
     """Set the names where `place_labels` put them."""
-    size = area.scaled(LABEL_SIZE)
-    for label, (left, _, _, bottom) in placed:
+    size, half = area.scaled(LABEL_SIZE), area.scaled(3) / 2
+    for one in placed:
+        (x, y), (_, top, _, bottom) = one.at, one.box
+        if one.leader:
+            start, end = (y, top) if top > y else (bottom, y)
+            canvas.rectangle(x - half, start, x + half, end, AXIS)
+    for one in placed:
+        label, (left, _, _, bottom) = one.label, one.box
         color, baseline = (TEXT if label.strong else LABEL), bottom - size * 0.26
         text = _text(area, label)
         canvas.text(left, baseline, text, size, color, bold=label.strong, halo=PLOT)
@@ -62,18 +99,20 @@ def _text(area: Area, label: Label) -> str:
 
 def _free_place(
     area: Area,
-    label: Label,
+    places: Sequence[tuple[float, float]],
     width: float,
-    size: int,
+    height: float,
     taken: Sequence[Box],
     avoid: NDArray[np.float64],
+    *,
+    must: bool,
 ) -> Box | None:
-    """The place around a point that covers the fewest marks and no other name."""
-    gap, height, edge = label.radius + 0.3 * size, size * 1.12, 0.2 * size
+    """The place, given by its left top corner, that covers the fewest marks and nothing taken."""
+    edge = area.scaled(6)
     inside = (area.left + edge, area.top + edge, area.right - edge, area.bottom - edge)
     best: Box | None = None
     fewest = np.inf
-    for rank, (left, top) in enumerate(_places(label, gap, width, height)):
+    for rank, (left, top) in enumerate(places):
         box = (left, top, left + width, top + height)
         if left < inside[0] or top < inside[1] or box[2] > inside[2] or box[3] > inside[3]:
             continue
@@ -84,16 +123,18 @@ def _free_place(
         cost = covered.sum() + 0.3 * rank
         if cost < fewest:
             best, fewest = box, cost
-    if best is None and label.strong:
-        left = min(max(label.x + gap, inside[0]), inside[2] - width)
-        top = min(max(label.y - height / 2, inside[1]), inside[3] - height)
+    if best is None and must:
+        left = min(max(places[0][0], inside[0]), inside[2] - width)
+        top = min(max(places[0][1], inside[1]), inside[3] - height)
         best = (left, top, left + width, top + height)
     return best
 
 
-def _places(label: Label, gap: float, width: float, height: float) -> list[tuple[float, float]]:
+def _around(
+    x: float, y: float, gap: float, width: float, height: float
+) -> list[tuple[float, float]]:
     """Left top corners around a point, the most readable first."""
-    x, y, near = label.x, label.y, 0.6 * gap
+    near = 0.6 * gap
     return [
         (x + gap, y - height / 2),
         (x - gap - width, y - height / 2),
@@ -104,6 +145,17 @@ def _places(label: Label, gap: float, width: float, height: float) -> list[tuple
         (x - near - width, y - near - height),
         (x - near - width, y + near),
     ]
+
+
+def _off_line(
+    x: float, y: float, gap: float, width: float, height: float
+) -> list[tuple[float, float]]:
+    """Left top corners below the line, row by row, then above it."""
+    rows = [(gap + 0.5 * height) + 1.35 * height * row for row in range(6)]
+    starts = [x - width / 2, x - 0.15 * width, x - 0.85 * width]
+    below = [(start, y + row) for row in rows for start in starts]
+    above = [(start, y - row - height) for row in rows for start in starts]
+    return below + above
 
 
 def _overlap(a: Box, b: Box) -> bool:

@@ -130,7 +130,7 @@ def _static(
     k = area.scaled
     draw_axes(canvas, area, frame, x_label=x_label, y_label=y_label, grid=flat)
     subtitle = " · ".join(part for part in (f"window {window}" if window else "", note) if part)
-    draw_header(canvas, area, title, subtitle, room=740.0)
+    draw_header(canvas, area, title, subtitle, rooms=(740.0, 930.0))
     _draw_color_bar(canvas, area)
     mean, near, rough = (k(x) for x in NUMBER_COLUMNS)
     canvas.text(mean, k(203), "mean", k(27), MUTED)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-from .labels import Label, draw_labels, place_labels
-from .overlay import RecognitionPath, draw_ellipse, draw_path
+from .labels import Label, Placed, draw_labels, place_labels
+from .masks import text_width
+from .overlay import RecognitionPath, draw_bell, draw_ellipse, draw_path
 from .palette import (
     AXIS,
     LABEL,
@@ -36,7 +37,7 @@ from .plot import (
     draw_header,
     new_board,
 )
-from .raster import Canvas, text_width
+from .raster import Canvas
 
 
 def axis_names(points: ArrayLike, axes: Sequence[int] = (0, 1)) -> tuple[str, str | None]:
@@ -143,16 +144,20 @@ def draw_map(
     chosen = selected if selected is not None and 0 <= selected < len(xy) else None
     radius = (7.0 + 7.0 * nearness(apart)) * area.scale
     pixels = frame.to_pixels(xy, size)
-    order = _labelled(xy, chosen, near, apart, max_labels) if len(names) == len(xy) else []
-    wanted = [_label(i, pixels, names[i], i == chosen, radius) for i in order]
-    inside = [label for label in wanted if frame.contains(xy[label.index])]
-    placed = place_labels(area, inside, pixels)
+    placed: list[Placed] = []
+    if len(names) == len(xy):
+        puck = None if near is None else frame.to_pixels(as_points(np.atleast_2d(near))[0], size)
+        order = [
+            i for i in _named_first(xy, chosen, near, apart, max_labels) if frame.contains(xy[i])
+        ]
+        wanted = [Label(i, names[i], i == chosen) for i in order]
+        placed = place_labels(area, wanted, pixels, radius, puck=puck, on_a_line=flat)
     with canvas.clip(area.left, area.top, area.right, area.bottom):
         center = ellipse_center if chosen is None or ellipse_center is not None else xy[chosen]
         if ellipse is not None and center is not None:
-            draw_ellipse(canvas, area, frame, center, ellipse)
+            _draw_gaussian(canvas, area, frame, center, ellipse, flat)
         strength = (0.32 + 0.68 * nearness(apart)) * (0.45 if path is not None else 1.0)
-        named = [label.index for label, _ in placed]
+        named = [one.label.point for one in placed]
         _draw_points(canvas, area, pixels, radius, strength, style, named)
         if chosen is not None:
             _draw_selected(canvas, area, pixels[chosen], style, chosen)
@@ -182,7 +187,7 @@ def _static(
     if y_label is None:
         y, half = float(frame.to_pixels([0.0, 0.0], size)[1]), area.scaled(4) / 2
         canvas.rectangle(area.left, y - half, area.right, y + half, AXIS)
-    draw_header(canvas, area, title, subtitle, room=470.0)
+    draw_header(canvas, area, title, subtitle, rooms=(470.0, 560.0 if fades else 930.0))
     _draw_legend(canvas, area, legend, fades)
     return canvas.image
 
@@ -198,6 +203,8 @@ def _draw_legend(canvas: Canvas, area: Area, legend: Legend, fades: bool) -> Non
         canvas.cells(left, top, left + width, bottom, legend.table[entries][None])
         canvas.text(right, k(72), legend.high, text, MUTED, anchor="right")
         canvas.text(left - k(12), k(72), legend.low, text, MUTED, anchor="right")
+        start = left - k(34) - round(text_width(legend.low, text))
+        canvas.text(start, k(72), legend.caption, text, MUTED, bold=True, anchor="right")
     else:
         canvas.text(right, k(72), legend.caption, text, MUTED, anchor="right")
     if fades:
@@ -213,7 +220,7 @@ def nearness(off_plane: NDArray[np.float64]) -> NDArray[np.float64]:
     return near
 
 
-def _labelled(
+def _named_first(
     xy: NDArray[np.float64],
     selected: int | None,
     near: ArrayLike | None,
@@ -230,11 +237,14 @@ def _labelled(
     return order
 
 
-def _label(
-    index: int, pixels: NDArray[np.float64], name: str, strong: bool, radius: NDArray[np.float64]
-) -> Label:
-    x, y = pixels[index].tolist()
-    return Label(index, x, y, name, strong, float(radius[index]) * (1.5 if strong else 1.0))
+def _draw_gaussian(
+    canvas: Canvas, area: Area, frame: PlotFrame, center: ArrayLike, cov: ArrayLike, flat: bool
+) -> None:
+    if flat:
+        middle, variance = np.ravel(center)[0], np.ravel(cov)[0]
+        draw_bell(canvas, area, frame, float(middle), float(variance))
+    else:
+        draw_ellipse(canvas, area, frame, center, cov)
 
 
 def _draw_points(
@@ -280,6 +290,6 @@ def _draw_warning(canvas: Canvas, area: Area, extrapolation: float) -> None:
     k = area.scaled
     draw_border(canvas, area, WARNING, k(5))
     times = f" ×{extrapolation:.1f}" if extrapolation < 99.95 else ""
-    right, middle = area.right - k(16), area.top + k(40)
+    right, middle = area.right, area.bottom + k(72)
     text = "extrapolating" + times
     draw_chip(canvas, area, text, WARNING, WARNING_FILL, right=right, middle=middle)

@@ -43,6 +43,12 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
     width = max(1.5, 3.0 * scale)
     if now < last:  # what is still to come, for the hand on the scrubber
         canvas.line(mu[now:], PATH, width * 0.8, alpha=0.25)
+    done = mu[: now + 1]
+    radius = _circle_radii(path.sigma, len(mu)) * scale
+    # Many circles on one spot would add up to a solid blot; in a crowd each is paler.
+    crowd = min(1.0, 40 / len(done)) ** 0.4
+    fading = np.linspace(0.18, 0.42, len(done)) * crowd
+    canvas.markers(done, radius[: now + 1], PATH, alpha=fading)
     if path.pb is not None and len(path.pb):
         pb = frame.to_pixels(as_points(path.pb), area.size)[: now + 1]
         reach = max(4.0, 9.5 * scale)
@@ -56,14 +62,9 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
             edge_width=1.5 * scale,
             edge_alpha=0.6,
         )
-    done = mu[: now + 1]
-    radius = _circle_radii(path.sigma, len(mu)) * scale
-    # Many circles on one spot would add up to a solid blot; the older ones step back.
-    crowd = min(1.0, 40 / len(done)) ** 0.4
-    canvas.markers(done, radius[: now + 1], PATH, alpha=np.linspace(0.18, 0.42, len(done)) * crowd)
+    dot = max(2.0, 3.6 * scale)
     canvas.line(done, PLOT, width + 4 * scale, alpha=0.55)
-    canvas.line(done, PATH, width)
-    canvas.markers(done, max(2.0, 3.6 * scale), PATH_STRONG)
+    canvas.line(done, PATH_STRONG, width, dots=dot)
     _draw_ends(canvas, mu, now, float(radius[now]), scale)
 
 
@@ -126,3 +127,16 @@ def draw_ellipse(
         fill=0.06,
         width=max(1.2, 2.6 * area.scale),
     )
+
+
+def draw_bell(canvas: Canvas, area: Area, frame: PlotFrame, center: float, variance: float) -> None:
+    """D = 1: the Gaussian's density above the line, as in the first column of Fig. 5."""
+    sigma = float(np.sqrt(max(variance, 0.0)))
+    unit = (area.right - area.left) / (frame.x_range[1] - frame.x_range[0])
+    if not (np.isfinite(center) and SMALLEST_SPREAD < sigma * unit < np.inf):
+        return
+    steps = np.linspace(-4, 4, 129)
+    curve = np.stack([center + sigma * steps, 0.55 * np.exp(-0.5 * steps**2)], axis=1)
+    pixels = frame.to_pixels(curve, area.size)
+    canvas.polygon(pixels, SELECTED, alpha=0.10)
+    canvas.line(pixels, SELECTED, max(1.2, 2.6 * area.scale))

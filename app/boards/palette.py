@@ -63,8 +63,8 @@ CLASS_HUES: tuple[Color, ...] = (
 CLASS_SHAPES: tuple[Shape, ...] = ("circle", "diamond", "triangle", "square")
 
 _RD_BU = "67001f b2182b d6604d f4a582 fddbc7 f7f7f7 d1e5f0 92c5de 4393c3 2166ac 053061"
-_BR_BG = "543005 8c510a bf812d d9b66a e3d5ad d6d6d2 a5d6cd 62b5a8 35978f 01665e 003c30"
-_VIRIDIS = "fde725 b5de2b 6ece58 35b779 1f9e89 26828e 31688e 3e4989 482878 440154"
+_BR_BG = "543005 8c510a bf812d d0a75c d0bd8e bcbdb8 93c4bb 5cb0a3 35978f 01665e 003c30"
+_VIRIDIS = "eed81f b5de2b 6ece58 35b779 1f9e89 26828e 31688e 3e4989 482878 440154"
 
 
 def _table(anchors: str, steps: int = 255) -> NDArray[np.uint8]:

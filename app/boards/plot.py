@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
+from .masks import shorten, text_width
 from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE, Color
-from .raster import Canvas, shorten, text_width
+from .raster import Canvas
 
 Range = tuple[float, float]
 DESIGN_SIZE = 1024  # pixels; every length below is given for a board of this size
@@ -161,12 +162,14 @@ def new_board(size: int) -> Canvas:
     return canvas
 
 
-def draw_header(canvas: Canvas, area: Area, title: str, subtitle: str, room: float) -> None:
-    """Title and a line below it, in at most `room` design pixels."""
+def draw_header(
+    canvas: Canvas, area: Area, title: str, subtitle: str, rooms: tuple[float, float]
+) -> None:
+    """Title and a line below it, each in at most its room, in design pixels."""
     k = area.scaled
-    title = shorten(title, k(41), k(room), bold=True)
+    title = shorten(title, k(41), k(rooms[0]), bold=True)
     canvas.text(k(48), k(72), title, k(41), TEXT, bold=True)
-    canvas.text(k(48), k(114), shorten(subtitle, k(28), k(room)), k(28), MUTED)
+    canvas.text(k(48), k(114), shorten(subtitle, k(28), k(rooms[1])), k(28), MUTED)
 
 
 def draw_chip(

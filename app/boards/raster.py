@@ -1,29 +1,25 @@
 """A small anti-aliased rasteriser, quick enough to redraw a board while it is dragged on.
 
-Pillow's shapes have hard edges, and supersampling a whole board costs too much. So each mark is a
-coverage mask from its signed distance function, kept for the next redraw, which pastes it.
+Pillow's shapes have hard edges, and supersampling a whole board costs too much. So marks and names
+are masks that are kept for the next redraw, which pastes them; only lines are supersampled.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 
-from .palette import Color, Shape, font
+from .masks import STEPS, as_mask, mark_mask, rounded_mask, text_sprite
+from .palette import Color, Shape
 
-Floats = NDArray[np.float32]
 Anchor = Literal["left", "middle", "right"]
 _FAR = 1e6  # pixels; what is further out is off the board all the same
-_SQUARE = 0.886  # half the side of a square with a unit circle's area
-_STEPS = 4  # marks are placed and sized to a quarter of a pixel, which keeps few different masks
 _OVER = 3  # supersampling of lines
 
 
@@ -85,7 +81,7 @@ class Canvas:
     ) -> None:
         """Fill a rectangle of whole pixels with round corners."""
         x0, y0, x1, y1 = round(left), round(top), round(right), round(bottom)
-        self.paste(x0, y0, _rounded_mask(x1 - x0, y1 - y0, radius), color)
+        self.paste(x0, y0, rounded_mask(x1 - x0, y1 - y0, radius), color)
 
     def markers(
         self,
@@ -130,19 +126,43 @@ class Canvas:
         alpha: float,
         color: Color,
     ) -> None:
-        qx, qy, quarters = round(x * _STEPS), round(y * _STEPS), round(radius * _STEPS)
+        qx, qy, quarters = round(x * STEPS), round(y * STEPS), round(radius * STEPS)
         share = round(min(1.0, max(0.0, alpha)) * 32)
         if quarters <= 0 or share <= 0:
             return
-        mask, offset = _mark_mask(
-            shape, quarters, round(grow * _STEPS), qx % _STEPS, qy % _STEPS, share
+        mask, offset = mark_mask(
+            shape, quarters, round(grow * STEPS), qx % STEPS, qy % STEPS, share
         )
-        self.paste(qx // _STEPS - offset, qy // _STEPS - offset, mask, color)
+        self.paste(qx // STEPS - offset, qy // STEPS - offset, mask, color)
 
-    def line(self, xy: ArrayLike, color: Color, width: float = 2.0, alpha: float = 1.0) -> None:
-        """A polyline through (N, 2) pixels, broken where a point is not finite."""
+    def line(
+        self,
+        xy: ArrayLike,
+        color: Color,
+        width: float = 2.0,
+        alpha: float = 1.0,
+        dots: float = 0.0,
+    ) -> None:
+        """A polyline through (N, 2) pixels, broken where a point is not finite.
+
+        dots: radius of a dot on every point.
+        """
+        self._supersampled(xy, color, max(width, 2 * dots), alpha, _line_drawer(width, dots))
+
+    def polygon(self, xy: ArrayLike, color: Color, alpha: float = 1.0) -> None:
+        """Fill the polygon with the corners (N, 2) pixels; finite ones only."""
+        self._supersampled(xy, color, 0.0, alpha, _fill)
+
+    def _supersampled(
+        self,
+        xy: ArrayLike,
+        color: Color,
+        width: float,
+        alpha: float,
+        draw: Callable[[ImageDraw.ImageDraw, NDArray[np.float64], int], None],
+    ) -> None:
         at = np.clip(np.asarray(xy, dtype=np.float64).reshape(-1, 2), -_FAR, _FAR)
-        finite: NDArray[np.bool_] = np.isfinite(at).all(axis=1)
+        finite = np.asarray(np.isfinite(at).all(axis=1))
         if finite.sum() < 2:
             return
         margin = width + 2
@@ -153,13 +173,7 @@ class Canvas:
         if x0 >= x1 or y0 >= y1:
             return
         mask = Image.new("L", ((x1 - x0) * _OVER, (y1 - y0) * _OVER))
-        draw = ImageDraw.Draw(mask)
-        scaled = (at - (x0, y0)) * _OVER - 0.5
-        thick, ink = max(1, round(width * _OVER)), round(255 * alpha)
-        for run in np.split(np.arange(len(at)), np.flatnonzero(~finite)):
-            points = [(float(scaled[i, 0]), float(scaled[i, 1])) for i in run if finite[i]]
-            if len(points) > 1:
-                draw.line(points, fill=ink, width=thick)
+        draw(ImageDraw.Draw(mask), (at - (x0, y0)) * _OVER - 0.5, round(255 * alpha))
         self.paste(x0, y0, mask.reduce(_OVER), color)
 
     def ellipses(
@@ -197,7 +211,7 @@ class Canvas:
             distance = (form - np.float32(scale)) / slope
             clear *= 1 - np.float32(fill) * np.clip(0.5 - distance, 0, 1)
             clear *= 1 - np.clip(np.float32(width / 2 + 0.5) - np.abs(distance), 0, 1)
-        self.paste(left, top, _as_mask(1 - clear), color)
+        self.paste(left, top, as_mask(1 - clear), color)
 
     def text(
         self,
@@ -232,124 +246,28 @@ class Canvas:
         return x0 < right < _FAR and -_FAR < left < x1 and y0 < bottom < _FAR and -_FAR < top < y1
 
 
+def _line_drawer(
+    width: float, dots: float
+) -> Callable[[ImageDraw.ImageDraw, NDArray[np.float64], int], None]:
+    thick, reach = max(1, round(width * _OVER)), dots * _OVER
+
+    def draw(target: ImageDraw.ImageDraw, at: NDArray[np.float64], ink: int) -> None:
+        finite = np.asarray(np.isfinite(at).all(axis=1))
+        for run in np.split(np.arange(len(at)), np.flatnonzero(~finite)):
+            points = [(x, y) for x, y in at[run].tolist() if math.isfinite(x + y)]
+            if len(points) > 1:
+                target.line(points, fill=ink, width=thick)
+            for x, y in points if reach else ():
+                target.ellipse((x - reach, y - reach, x + reach, y + reach), fill=ink)
+
+    return draw
+
+
+def _fill(target: ImageDraw.ImageDraw, at: NDArray[np.float64], ink: int) -> None:
+    target.polygon([(x, y) for x, y in at.tolist() if math.isfinite(x + y)], fill=ink)
+
+
 def _each(value: ArrayLike, count: int) -> list[float]:
     """One number for each of `count` marks, from as many or from one."""
     numbers: list[float] = np.asarray(value, dtype=np.float64).reshape(-1).tolist()
     return numbers * count if len(numbers) == 1 else numbers
-
-
-def _as_mask(coverage: Floats) -> Image.Image:
-    """(h, w) coverage from 0 to 1 as a Pillow mask."""
-    return Image.fromarray(np.rint(np.clip(coverage, 0, 1) * 255).astype(np.uint8))
-
-
-@lru_cache(maxsize=8192)
-def _mark_mask(
-    shape: Shape, radius: int, grow: int, x: int, y: int, alpha: int
-) -> tuple[Image.Image, int]:
-    """A mark's mask and how far its centre's pixel lies from the mask's left and top.
-
-    Lengths in quarters of a pixel: radius, outline moved out by `grow`, centre at (x, y) within its
-    pixel; alpha in 32nds. Whole numbers, so that equal marks share one mask.
-    """
-    offset = int(np.ceil((radius * 1.5 + grow) / _STEPS)) + 1
-    grid = np.arange(2 * offset + 1, dtype=np.float32) + np.float32(0.5 - offset)
-    dx = (grid - np.float32(x / _STEPS))[None, :]
-    dy = (grid - np.float32(y / _STEPS))[:, None]
-    distance = _distance(shape, dx, dy, radius / _STEPS) - np.float32(grow / _STEPS)
-    coverage = np.clip(np.float32(0.5) - distance, 0, 1) * np.float32(alpha / 32)
-    return _as_mask(coverage), offset
-
-
-def _distance(shape: Shape, x: Floats, y: Floats, radius: float) -> Floats:
-    """(h, w) signed distance in pixels from a mark's outline, negative inside.
-
-    x: (1, w), y: (h, 1) pixels from its centre.
-    """
-    if shape == "circle":
-        result = np.hypot(x, y) - radius
-    elif shape == "square":
-        result = np.maximum(np.abs(x), np.abs(y)) - radius * _SQUARE
-    elif shape == "diamond":
-        result = (np.abs(x) + np.abs(y)) * np.sqrt(0.5) - radius * _SQUARE
-    elif shape == "triangle":
-        y = y - np.float32(0.1 * radius)
-        result = np.maximum(np.abs(x) * 0.866 - y * 0.5, y) - radius * 0.68
-    else:
-        if shape == "cross":
-            root = np.float32(np.sqrt(0.5))
-            x, y = (x + y) * root, (x - y) * root
-        bar = max(radius * 0.26, 1.0)
-        ax, ay = np.abs(x), np.abs(y)
-        result = np.minimum(np.maximum(ax - radius, ay - bar), np.maximum(ax - bar, ay - radius))
-    distance: Floats = result.astype(np.float32)
-    return distance
-
-
-@lru_cache(maxsize=64)
-def _rounded_mask(width: int, height: int, radius: float) -> Image.Image:
-    x = np.abs(np.arange(width, dtype=np.float32) + 0.5 - width / 2)[None, :]
-    y = np.abs(np.arange(height, dtype=np.float32) + 0.5 - height / 2)[:, None]
-    qx, qy = x - (width / 2 - radius), y - (height / 2 - radius)
-    outside = np.hypot(np.maximum(qx, 0), np.maximum(qy, 0))
-    distance = outside + np.minimum(np.maximum(qx, qy), 0) - radius
-    return _as_mask((0.5 - distance).astype(np.float32))
-
-
-@dataclass(frozen=True)
-class TextSprite:
-    """A rendered line: masks of its ink and of a halo, which start `pad` pixels before the text."""
-
-    ink: Image.Image
-    halo: Image.Image
-    pad: int
-    baseline: int  # rows (columns of upward text) to the baseline
-    advance: float
-
-
-_SUBSCRIPT = re.compile(r"(?<=[μσ])(\d+)")  # μ12 is set with a lowered 12
-
-
-def _runs(text: str, size: int) -> list[tuple[str, int, int]]:
-    """Pieces of a line: text, size, pixels below the baseline."""
-    parts = _SUBSCRIPT.split(" ".join(text.split()))
-    small, drop = round(size * 0.74), round(size * 0.2)
-    return [(p, small, drop) if i % 2 else (p, size, 0) for i, p in enumerate(parts) if p]
-
-
-@lru_cache(maxsize=512)
-def text_sprite(text: str, size: int, bold: bool = False, upward: bool = False) -> TextSprite:
-    """Render a line once; boards show the same few again and again."""
-    pad = max(4, size // 6)
-    ascent, descent = font(size, bold=bold).getmetrics()
-    advance = text_width(text, size, bold=bold)
-    shape = (int(np.ceil(advance)) + 2 * pad, ascent + descent + 2 * pad)
-    masks = []
-    for stroke in (0, pad - 1):
-        image = Image.new("L", shape)
-        draw = ImageDraw.Draw(image)
-        x = float(pad)
-        for part, run_size, drop in _runs(text, size):
-            face = font(run_size, bold=bold)
-            at = (x, pad + ascent + drop)
-            draw.text(at, part, fill=255, font=face, anchor="ls", stroke_width=stroke)
-            x += face.getlength(part)
-        masks.append(image.transpose(Image.Transpose.ROTATE_90) if upward else image)
-    return TextSprite(masks[0], masks[1], pad, pad + ascent, advance)
-
-
-@lru_cache(maxsize=4096)
-def text_width(text: str, size: int, *, bold: bool = False) -> float:
-    """Pixels that a line of text takes."""
-    return sum(font(run, bold=bold).getlength(part) for part, run, _ in _runs(text, size))
-
-
-def shorten(text: str, size: int, width: float, *, bold: bool = False) -> str:
-    """The text, with an ellipsis in place of the end that does not fit."""
-    if text_width(text, size, bold=bold) <= width:
-        return text
-    face = font(size, bold=bold)
-    text = text[:500]
-    while text and face.getlength(text + "…") > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
