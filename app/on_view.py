@@ -118,9 +118,7 @@ def motion_ready(facts: Facts, state: AppState, intent: do.MotionReady) -> Updat
 def landscape_ready(facts: Facts, state: AppState, intent: do.LandscapeReady) -> Update:
     model, new = state.models[intent.model], intent.landscape
     old = model.landscape
-    if old is not None and (
-        old.request > new.request or (old.request == new.request and old.complete)
-    ):
+    if old is not None and (old.request, old.values.complete) > (new.request, new.values.complete):
         return state, ()
     return put_model(state, intent.model, replace(model, landscape=new)), ()
 

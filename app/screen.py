@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
+import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from ..robot.description import Robot
 from ..robot.kinematics import JointPoses, joint_poses
 from ..robot.view import RobotView, setup_stage
 from . import intents as do
-from .boards.landscape_board import LandscapeBoard
-from .boards.map_board import MapBoard
+from .boards.landscape_view import LandscapeView
+from .boards.map_view import MapView
 from .panels.explore import ExplorePanel
 from .panels.help import add_help
 from .panels.joints import JointsPanel
@@ -19,7 +22,7 @@ from .panels.playback import PlaybackPanel, frame_of
 from .panels.readout import ReadoutPanel
 from .panels.recognise import RecognisePanel
 from .panels.view import ViewPanel
-from .stage import FOV, LOOK_AT, camera_position, stage_for
+from .stage import FOV, camera_position, stage_for
 from .state import AppState, GeneratedMotion, ModelFacts, Notice
 
 PANEL_WIDTH = 320  # pixels
@@ -44,15 +47,20 @@ class Screen:
         self._notice: Notice | None = state.notice
         self._motions: list[GeneratedMotion | None] = [None] * len(facts)
         self._poses: list[JointPoses | None] = [None] * len(facts)
+        self._go_home = threading.Event()
+        self._home: tuple[float, NDArray[np.float64]] | None = None  # aspect, position
         self._build_scene(state)
         self._build_panels(code)
         self._build_commands()
-        self.reset_camera()
+        client.camera.on_update(self._camera_moved)
+        self._reset_camera()
 
     # --- building ---
     def _build_scene(self, state: AppState) -> None:
         scene = self._client.scene
         setup_stage(scene)
+        scene.configure_environment_map(None)
+        scene.add_light_ambient("/stage/ambient", intensity=1.0)
         self.robots = [
             RobotView(scene, self._robot, f"/robot-{i}", position=tuple(spot.tolist()))
             for i, spot in enumerate(self._stage.robots)
@@ -60,8 +68,8 @@ class Screen:
         if len(self._facts) > 1:
             for i, (one, spot) in enumerate(zip(self._facts, self._stage.robots, strict=True)):
                 scene.add_label(f"/names/{i}", one.name, position=(spot[0], spot[1], 1.36))
-        self.map_board = MapBoard(scene, self._stage.map_board, self._facts, state, self._send)
-        self.landscape_board = LandscapeBoard(
+        self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
+        self.landscape_board = LandscapeView(
             scene, self._stage.landscape_board, self._facts, state, self._send
         )
 
@@ -81,7 +89,7 @@ class Screen:
         with tabs.add_tab("Recognise"):
             recognise = RecognisePanel(gui, self._facts, self._send)
         with tabs.add_tab("View"):
-            view = ViewPanel(gui, self._facts, self._send, code, self.reset_camera)
+            view = ViewPanel(gui, self._facts, self._send, code, self.ask_for_home)
         with tabs.add_tab("Help"):
             add_help(gui)
         self._panels = (playback, explore, readout, joints, recognise, view)
@@ -99,7 +107,7 @@ class Screen:
             command = self._client.gui.add_command(label, hotkey=hotkey)
             self._on_trigger(command, lambda intent=intent: self._send(intent))
         view = self._client.gui.add_command("Reset the view", hotkey="R")
-        self._on_trigger(view, self.reset_camera)
+        self._on_trigger(view, self.ask_for_home)
 
     @staticmethod
     def _on_trigger(command: viser.CommandHandle, action: Callable[[], None]) -> None:
@@ -120,6 +128,9 @@ class Screen:
         for panel in self._panels:
             panel.show(state)
         self._show_notice(state.notice)
+        if self._go_home.is_set():
+            self._go_home.clear()
+            self._reset_camera()
 
     def _show_robot(self, index: int, motion: GeneratedMotion, frame: int) -> None:
         poses = self._poses[index]
@@ -141,11 +152,26 @@ class Screen:
         )
 
     # --- the camera ---
-    def reset_camera(self) -> None:
+    def ask_for_home(self) -> None:
+        """Have the camera go home with the next `show`; from any thread."""
+        self._go_home.set()
+
+    async def _camera_moved(self, camera: viser.CameraHandle) -> None:
+        """A window that changes its shape shows everything again, if it did so before."""
+        if self._home is None:
+            return
+        aspect, position = self._home
+        at_home = np.allclose(camera.position, position, atol=0.02)
+        if at_home and abs(camera.aspect - aspect) > 0.005:
+            self.ask_for_home()
+
+    def _reset_camera(self) -> None:
         """Look at everything from the front, from as far as the window's shape asks for."""
         camera = self._client.camera
+        position = camera_position(self._stage, camera.aspect)
+        self._home = (camera.aspect, position)
         with self._client.atomic():
             camera.fov = FOV
-            camera.position = camera_position(self._stage, camera.aspect)
-            camera.look_at = LOOK_AT
+            camera.position = position
+            camera.look_at = self._stage.middle
             camera.up_direction = (0.0, 0.0, 1.0)

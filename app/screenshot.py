@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import shutil
 import time
 from collections.abc import Iterator, Sequence
@@ -34,7 +35,7 @@ CHROMIUM_FLAGS = (
 # viser lowers the resolution on a slow machine; a picture is always taken at full resolution.
 URL_QUERY = "?fixedDpr=1"
 CANVAS = "canvas[data-engine]"  # the 3D canvas; curves have canvases of their own
-LANDSCAPE_COMPLETE = "Landscape 20×20 complete"
+LANDSCAPE_COMPLETE = re.compile(r"^Landscape \d+×\d+ complete")
 READY_SECONDS = 120.0  # software rendering on a busy machine is slow
 STILL_SECONDS = 5.0  # a moving robot never stands still; then the picture is taken as it is
 CHECK_SECONDS = 0.3  # viser goes on rendering for 0.25 s after the last change

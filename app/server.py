@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import logging
+import socket
 import threading
 from collections import OrderedDict
 from dataclasses import dataclass, replace
@@ -212,15 +215,16 @@ def serve(options: ServerOptions) -> viser.ViserServer:
         InputError: the port is taken.
     """
     _claim(options.host, options.port)
-    server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
+        server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+    # Filtering an environment map blocks a browser without a GPU for many seconds.
+    server.scene.configure_environment_map(None)
     server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
     return server
 
 
 def _claim(host: str, port: int) -> None:
     """viser takes the next free port without a word; the one asked for must be free."""
-    import socket
-
     if port == 0:
         return
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

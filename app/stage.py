@@ -1,4 +1,4 @@
-"""Where things stand in the scene: robots on the floor, a board on either side, the camera before them.
+"""Where things stand in the scene: robots on the floor, the boards beside them, the camera in front.
 
 World frame: z up, metres; robots face +x, towards the camera.
 """
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 
-BOARD_SIZE = 1.2  # metres
-ROBOT_HALF_WIDTH = 0.52  # room for Pepper's arms
+BOARD_SIZE = 0.72  # metres; two of them, one above the other, are a little taller than Pepper
+BOARD_GAP = 0.03
+ROBOT_HALF_WIDTH = 0.62  # room for Pepper's arms
 ROBOT_SPACING = 0.95
 FOV = math.radians(30)  # vertical; a narrow one keeps the boards square
-LOOK_AT = np.array([0.0, 0.0, 0.72])
-CAMERA_HEIGHT = 0.95
-MARGIN = 1.04
+FLOOR_IN_FRONT = 0.09  # metres below the floor's middle that the robot's base reaches in the view
+MARGIN = 1.02  # around what must be seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,26 +60,30 @@ class Stage:
     robots: tuple[Vector, ...]  # where each one's base stands
     map_board: Place
     landscape_board: Place
-    half_width: float  # of all that must be seen, metres
+    middle: Vector  # of all that must be seen
+    half_width: float
+    half_height: float
 
 
 def stage_for(robots: int) -> Stage:
-    """Robots side by side in the middle, the map on the left, the landscape on the right."""
-    middle = (robots - 1) / 2
-    spots = tuple(np.array([0.0, (i - middle) * ROBOT_SPACING, 0.0]) for i in range(robots))
-    inner = ROBOT_HALF_WIDTH + middle * ROBOT_SPACING
-    offset = inner + BOARD_SIZE / 2
+    """The map above the landscape on the left, robots side by side on the right."""
+    spots = tuple(np.array([0.0, i * ROBOT_SPACING, 0.0]) for i in range(robots))
+    left = -ROBOT_HALF_WIDTH - BOARD_SIZE
+    right = (robots - 1) * ROBOT_SPACING + ROBOT_HALF_WIDTH
+    top, bottom = 2 * BOARD_SIZE + 3 * BOARD_GAP, -FLOOR_IN_FRONT
     return Stage(
         spots,
-        map_board=_board(-offset),
-        landscape_board=_board(offset),
-        half_width=offset + BOARD_SIZE / 2,
+        map_board=_board(left, bottom=2 * BOARD_GAP + BOARD_SIZE),
+        landscape_board=_board(left, bottom=BOARD_GAP),
+        middle=np.array([0.0, (left + right) / 2, (top + bottom) / 2]),
+        half_width=(right - left) / 2,
+        half_height=(top - bottom) / 2,
     )
 
 
-def _board(y: float) -> Place:
+def _board(left: float, bottom: float) -> Place:
     return Place(
-        center=np.array([0.0, y, 0.06 + BOARD_SIZE / 2]),
+        center=np.array([0.0, left + BOARD_SIZE / 2, bottom + BOARD_SIZE / 2]),
         right=np.array([0.0, 1.0, 0.0]),
         up=np.array([0.0, 0.0, 1.0]),
         size=BOARD_SIZE,
@@ -88,10 +92,9 @@ def _board(y: float) -> Place:
 
 def camera_position(stage: Stage, aspect: float) -> Vector:
     """From where everything is in view in a window of this width to height."""
-    half_height = 0.75
-    tangent = math.tan(FOV / 2)
-    distance = MARGIN * max(stage.half_width / (tangent * max(aspect, 0.2)), half_height / tangent)
-    return np.array([distance, 0.0, CAMERA_HEIGHT])
+    height = max(stage.half_height, stage.half_width / max(aspect, 0.2))
+    distance = MARGIN * height / math.tan(FOV / 2)
+    return stage.middle + np.array([distance, 0.0, 0.0])
 
 
 def project(

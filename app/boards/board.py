@@ -37,7 +37,7 @@ class Touch:
     shift: bool
 
 
-class Board:
+class BoardView:
     """Owns the picture and the puck; what a touch means is the caller's.
 
     Args:

@@ -25,7 +25,7 @@ class PlaybackPanel:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._facts, self._clock = facts, clock
-        self._play = gui.add_button("Pause", icon="PLAYER_PAUSE", hint="Space")
+        self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Space")
         on_click(self._play, lambda: send(do.TogglePlaying()))
         self._frame = Bound(
             gui.add_slider("Frame", 0, 1, 1, 0, hint="drag to look at one frame"),
@@ -43,7 +43,7 @@ class PlaybackPanel:
         if playback.playing != self._playing:
             self._playing = playback.playing
             self._play.label = "Pause" if playback.playing else "Play"
-            self._play.icon = "PLAYER_PAUSE" if playback.playing else "PLAYER_PLAY"
+            self._play.icon = viser.Icon.PLAYER_PAUSE if playback.playing else viser.Icon.PLAYER_PLAY
         self._speed.show(playback.speed)
         self._loop.show(playback.loop)
         if motion is None:

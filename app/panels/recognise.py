@@ -32,7 +32,7 @@ class RecognisePanel:
         self._facts, self._send = facts, send
         self._active = 0
         self._upload = gui.add_upload_button(
-            "Upload CSV", icon="UPLOAD", mime_type=".csv,text/csv,text/plain"
+            "Upload CSV", icon=viser.Icon.UPLOAD, mime_type=".csv,text/csv,text/plain"
         )
         self._upload.on_upload(self._uploaded)
         self._examples = example_files()
@@ -58,11 +58,11 @@ class RecognisePanel:
             gui.add_slider("Trials", 1, 10, 1, 1, hint="independent runs in one batch"),
             lambda value: send(do.SetRecognitionOption("trials", value)),
         )
-        self._start = gui.add_button("Start", icon="PLAYER_PLAY", color="blue")
+        self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="blue")
         on_click(self._start, lambda: send(do.StartRecognition()))
-        self._cancel = gui.add_button("Cancel", icon="PLAYER_STOP", visible=False)
+        self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, visible=False)
         on_click(self._cancel, lambda: send(do.CancelRecognition()))
-        self._forget = gui.add_button("Forget the target", icon="X", visible=False)
+        self._forget = gui.add_button("Forget the target", icon=viser.Icon.X, visible=False)
         on_click(self._forget, lambda: send(do.ClearTarget()))
         self._progress = gui.add_progress_bar(0.0, visible=False)
         self._status = gui.add_markdown("")
