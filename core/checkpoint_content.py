@@ -230,8 +230,10 @@ def _kind(value: object, kind: Any, what: str, wanted: str) -> Any:
 
 def _names(value: object, what: str) -> tuple[str, ...]:
     names = tuple(_text(name, f"one of its {what}") for name in _list(value, what))
-    if len(set(names)) != len(names) or "" in names:
-        raise InputError(f"its {what} must have names, each another one")
+    if len(set(names)) != len(names):
+        raise InputError(f"two of its {what} have the same name")
+    if not all(name and name.isprintable() for name in names):
+        raise InputError(f"the names of its {what} hold characters that cannot be shown")
     return names
 
 
