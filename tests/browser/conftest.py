@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from explorer_page import ExplorerPage
+from explorer_page import ExplorerPage, Open
 
 from rnnpb_explorer.app.screenshot import chromium
 from rnnpb_explorer.core import InputError, shipped_checkpoints
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from rnnpb_explorer.app.server import App
 
 HERE = Path(__file__).parent
-Open = Callable[..., ExplorerPage]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

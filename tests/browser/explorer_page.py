@@ -16,22 +16,33 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-from playwright.sync_api import Browser, ConsoleMessage, Locator, Page
+from PIL import Image, ImageFilter
+from playwright.sync_api import Browser, ConsoleMessage, FilePayload, Locator, Page
 
-from rnnpb_explorer.app.screenshot import CANVAS, URL_QUERY, wait_until_ready
+from rnnpb_explorer.app.screenshot import (
+    CANVAS,
+    LANDSCAPE_COMPLETE,
+    URL_QUERY,
+    wait_until_ready,
+)
 
 TIMEOUT_MS = 60_000  # software rendering on a busy machine; only a failing test waits so long
 ARTIFACTS = Path(__file__).parents[2] / "test-artifacts"
 
+T = TypeVar("T")
 Point = tuple[float, float]
+Poses = dict[str, tuple[float, ...]]  # by node name: rotation (x, y, z, w), position (x, y, z)
+Mask = NDArray[np.bool_]  # (height, width)
 Pixels = NDArray[np.int16]  # (height, width, 3), signed so that they can be subtracted
 
 # Where a node stands on the page, in CSS pixels: what the browser itself would draw there.
@@ -64,6 +75,28 @@ _TWO_FRAMES = """() => new Promise((done) => {
     window.__viserMutable.requestRender();
     requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done())));
 })"""
+_LANDSCAPE = re.compile(r"^Landscape ")
+_CAMERA = "() => window.__viserMutable.camera.matrixWorld.toArray()"
+_TOPMOST = "([x, y]) => document.elementFromPoint(x, y)?.tagName"
+
+
+def differing(first: Pixels, second: Pixels, by: int = 8) -> Mask:
+    """Pixels of which any channel differs by more than rounding does."""
+    mask: Mask = (np.abs(first - second) > by).any(axis=2)
+    return mask
+
+
+def grown(mask: Mask, by: int = 3) -> Mask:
+    """The mask and all pixels up to `by` beside it: the soft edges of shapes and shadows."""
+    image = Image.fromarray(mask.astype(np.uint8) * 255)
+    return np.asarray(image.filter(ImageFilter.MaxFilter(2 * by + 1))) > 0
+
+
+def agree(first: Poses, second: Poses) -> bool:
+    """Whether two sets of poses are the same but for rounding."""
+    return first.keys() == second.keys() and all(
+        np.allclose(first[name], second[name], atol=1e-4) for name in first
+    )
 
 
 @dataclass
@@ -108,13 +141,26 @@ class ExplorerPage:
         return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(np.int16)
 
     def still_pixels(self) -> Pixels:
-        """The canvas once two looks in a row see the same."""
-        pixels = self.canvas_pixels()
-        for _ in range(40):
-            before, pixels = pixels, self.canvas_pixels()
-            if before.shape == pixels.shape and not np.any(before != pixels):
-                return pixels
-        raise AssertionError("the canvas does not come to rest")
+        """The canvas once it has come to rest; the robot must be paused."""
+        return self._at_rest(self.canvas_pixels, np.array_equal, "the canvas")
+
+    def still_poses(self, prefix: str) -> Poses:
+        """The poses below a name once they have come to rest; the robot must be paused."""
+        return self._at_rest(lambda: self.poses(prefix), agree, prefix)
+
+    def still_camera(self) -> None:
+        look: Callable[[], list[float]] = partial(self.page.evaluate, _CAMERA)
+        self._at_rest(look, np.allclose, "the camera")
+
+    def _at_rest(self, look: Callable[[], T], same: Callable[[T, T], bool], what: str) -> T:
+        """What three looks in a row see; viser's messages are at least 50 ms apart, the looks 80."""
+        seen = [look()]
+        for _ in range(100):
+            self.page.wait_for_timeout(80)
+            seen = [*seen, look()][-3:]
+            if len(seen) == 3 and same(seen[0], seen[1]) and same(seen[1], seen[2]):
+                return seen[-1]
+        raise AssertionError(f"{what} does not come to rest")
 
     def screenshot(self, name: str) -> Path:
         """Keep a picture of the page among the artefacts of the run."""
@@ -139,7 +185,23 @@ class ExplorerPage:
         """Where the corners of a flat node of this size (width, height) stand on the page."""
         return [(x, y) for x, y in self.page.evaluate(_CORNERS, [node, list(size)])]
 
-    def poses(self, prefix: str) -> dict[str, tuple[float, ...]]:
+    def region(self, node: str, side: float) -> tuple[slice, slice]:
+        """The canvas' pixels that a square board with this side (metres) fills."""
+        left, top, _, _ = self.canvas_box()
+        corners = np.array(self.corners(node, (side, side))) - (left, top)
+        low = np.ceil(corners.min(axis=0)).astype(int)
+        high = np.floor(corners.max(axis=0)).astype(int)
+        return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
+
+    def topmost(self, point: Point) -> str:
+        """The tag of what lies on top at a point of the page; CANVAS where no panel covers it."""
+        return str(self.page.evaluate(_TOPMOST, list(point)))
+
+    def landscape_text(self) -> str:
+        """The line that says how far the landscape is, with its numbers."""
+        return self.page.get_by_text(_LANDSCAPE).first.text_content() or ""
+
+    def poses(self, prefix: str) -> Poses:
         """Rotation (x, y, z, w) and position of the nodes below a name, in this browser."""
         found: dict[str, list[float]] = self.page.evaluate(_POSES, prefix)
         return {name: tuple(pose) for name, pose in found.items()}
@@ -159,8 +221,28 @@ class ExplorerPage:
     def tab(self, name: str) -> None:
         self.page.get_by_role("tab", name=name, exact=True).click()
 
+    def button(self, name: str) -> Locator:
+        return self.page.get_by_role("button", name=name, exact=True)
+
     def click(self, button: str) -> None:
-        self.page.get_by_role("button", name=button, exact=True).click()
+        self.button(button).click()
+
+    def press(self, key: str) -> None:
+        """Press a hotkey, with no widget in focus."""
+        self.page.evaluate("() => document.activeElement?.blur()")
+        self.page.keyboard.press(key)
+
+    def pause(self) -> None:
+        self.click("Pause")
+        self.button("Play").wait_for()
+
+    def seek(self, frame: int, robot: str) -> None:
+        """Go to a frame and wait until the robot stands as it should there."""
+        before = self.still_poses(robot)
+        if self.value("Frame") != frame:
+            self.set_value("Frame", frame)
+            self.wait_for(lambda: not agree(self.poses(robot), before), "the robot does not move")
+        self.still_poses(robot)
 
     def field(self, label: str) -> Locator:
         """The input beside a label; a slider's number field."""
@@ -191,10 +273,22 @@ class ExplorerPage:
     def upload(self, name: str, content: bytes) -> None:
         """Choose a file behind the first upload button of the page."""
         self.page.locator('input[type="file"]').first.set_input_files(
-            files=[{"name": name, "mimeType": "text/csv", "buffer": content}]
+            FilePayload(name=name, mimeType="text/csv", buffer=content)
         )
 
     # --- waiting ---
+    @contextmanager
+    def landscape_follows(self) -> Iterator[None]:
+        """What is done inside must end in another complete landscape."""
+        before = self.landscape_text()
+        yield
+
+        def followed() -> bool:
+            text = self.landscape_text()
+            return text != before and LANDSCAPE_COMPLETE.match(text) is not None
+
+        self.wait_for(followed, "the landscape does not follow")
+
     def wait_for(self, condition: Callable[[], Any], otherwise: str) -> None:
         """Wait until a condition holds, looking ten times a second."""
         for _ in range(TIMEOUT_MS // 100):
@@ -202,3 +296,6 @@ class ExplorerPage:
                 return
             self.page.wait_for_timeout(100)
         raise AssertionError(f"{otherwise} after {TIMEOUT_MS / 1000:g} s")
+
+
+Open = Callable[..., ExplorerPage]  # (width=1280, height=720)

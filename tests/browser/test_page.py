@@ -1,0 +1,81 @@
+"""The page as it opens: complete, quiet, and everything in view."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from explorer_page import ExplorerPage, Open, agree
+
+from rnnpb_explorer.app.stage import BOARD_SIZE
+
+BOARDS = ("/boards/map", "/boards/landscape")
+ROBOT = "/robot-0"
+
+
+def assert_boards_in_view(explorer: ExplorerPage) -> None:
+    """Both boards lie in the canvas as a whole, and no panel hides any part of them."""
+    left, top, width, height = explorer.canvas_box()
+    for board in BOARDS:
+        corners = np.array(explorer.corners(board, (BOARD_SIZE, BOARD_SIZE)))
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        assert left <= low[0] < high[0] <= left + width, board
+        assert top <= low[1] < high[1] <= top + height, board
+        for share in np.linspace(0.02, 0.98, 9):
+            for other in np.linspace(0.02, 0.98, 9):
+                x, y = low + (high - low) * (share, other)
+                assert explorer.topmost((x, y)) == "CANVAS", f"{board} is covered at {x}, {y}"
+
+
+def test_page_opens_without_errors(explorer: ExplorerPage) -> None:
+    for tab in ("Explore", "Joints", "Recognise", "View", "Help"):
+        explorer.tab(tab)
+    assert explorer.console_errors == []
+    assert not explorer.page.get_by_role("alert").filter(visible=True).count()
+
+
+def test_page_offers_no_tunnel_to_the_outside(explorer: ExplorerPage) -> None:
+    assert explorer.page.get_by_text("Share", exact=True).count() == 0
+    assert explorer.page.locator(".tabler-icon-share").count() == 0
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1920, 1080)])
+def test_both_boards_are_in_view(open_explorer: Open, width: int, height: int) -> None:
+    explorer = open_explorer(width, height)
+    assert_boards_in_view(explorer)
+    rows, columns = explorer.region(BOARDS[0], BOARD_SIZE)
+    assert min(rows.stop - rows.start, columns.stop - columns.start) > 0.4 * height  # legible
+
+
+def test_the_robot_hides_no_part_of_a_board(explorer: ExplorerPage) -> None:
+    explorer.pause()
+    with_robot = explorer.still_pixels()
+    explorer.set_visible(ROBOT, visible=False)
+    without = explorer.still_pixels()
+    assert np.any(with_robot != without)
+    for board in BOARDS:
+        region = explorer.region(board, BOARD_SIZE)
+        assert not np.any(with_robot[region] != without[region]), board
+
+
+def test_resizing_and_resetting_the_view_shows_everything_again(explorer: ExplorerPage) -> None:
+    explorer.pause()
+    before = explorer.canvas_box()
+    explorer.page.set_viewport_size({"width": 1000, "height": 800})
+    explorer.wait_for(lambda: explorer.canvas_box() != before, "the canvas keeps its size")
+    explorer.press("r")
+    explorer.still_camera()
+    assert_boards_in_view(explorer)
+    assert explorer.console_errors == []
+
+
+def test_a_reload_brings_the_same_screen_back(explorer: ExplorerPage) -> None:
+    explorer.pause()
+    explorer.tab("Explore")
+    with explorer.landscape_follows():
+        explorer.set_value("μ 1", 0.5)
+    pose = explorer.still_poses(ROBOT)
+    explorer.reload()
+    explorer.tab("Explore")
+    assert explorer.value("μ 1") == pytest.approx(0.5, abs=0.01)
+    assert agree(explorer.still_poses(ROBOT), pose)
+    assert explorer.console_errors == []
