@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import trimesh
-from pepper_body.body import pepper_body
+from pepper_body.body import shapes, to_glb, uses
 from pepper_body.joints import pepper_joints
 from pepper_body.urdf import Visual, format_urdf
 
@@ -16,24 +15,25 @@ FOLDER = Path(__file__).parents[1] / "static" / "pepper"
 
 
 def main() -> None:
+    """Write every file anew, and say how large they are."""
     meshes = FOLDER / "meshes"
     meshes.mkdir(parents=True, exist_ok=True)
     for old in meshes.glob("*.glb"):
         old.unlink()
-    visuals = []
-    size = triangles = 0
-    for link, parts in pepper_body().items():
-        scene = trimesh.Scene()
-        for name, mesh in parts.items():
-            scene.add_geometry(mesh, node_name=name, geom_name=name)
-            triangles += len(mesh.faces)
-        content = scene.export(file_type="glb", include_normals=True)
-        (meshes / f"{link}.glb").write_bytes(content)
+    size = 0
+    triangles = {}
+    for name, surfaces in shapes().items():
+        content = to_glb(surfaces)
+        (meshes / f"{name}.glb").write_bytes(content)
         size += len(content)
-        visuals.append(Visual(link, f"meshes/{link}.glb"))
-    urdf = format_urdf("pepper", pepper_joints(), visuals)
-    (FOLDER / "pepper.urdf").write_text(urdf, encoding="utf-8")
-    print(f"{len(visuals)} meshes, {triangles} triangles, {size / 1e6:.2f} MB")
+        triangles[name] = sum(len(s.faces) for s in surfaces)
+    visuals = [Visual(link, f"meshes/{mesh}.glb", mirrored) for link, mesh, mirrored in uses()]
+    (FOLDER / "pepper.urdf").write_text(
+        format_urdf("pepper", pepper_joints(), visuals), encoding="utf-8"
+    )
+    drawn = sum(triangles[mesh] for _, mesh, _ in uses())
+    print(triangles)
+    print(f"{len(triangles)} meshes, {size / 1e6:.2f} MB; {drawn} triangles on the robot")
 
 
 if __name__ == "__main__":

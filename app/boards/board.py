@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..stage import Place
 from .plot import PlotFrame
 
-PUCK_RADIUS = 0.026  # metres
+PUCK_RADIUS = 0.016  # metres
 PUCK_COLOR = (255, 184, 28)
 PUCK_RIM_COLOR = (20, 20, 20)
 PUCK_AHEAD = 0.012

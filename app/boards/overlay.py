@@ -74,7 +74,8 @@ def _circle_radii(sigma: NDArray[np.floating], count: int) -> NDArray[np.float64
     radii = np.zeros(count)
     if values.size:
         spread = np.sqrt(np.square(values.reshape(len(values), -1)).mean(axis=1))[:count]
-        radii[: len(spread)] = np.clip(np.nan_to_num(spread) * UNIT_RADIUS, 0, LARGEST_RADIUS)
+        reach = LARGEST_RADIUS / UNIT_RADIUS
+        radii[: len(spread)] = UNIT_RADIUS * np.clip(np.nan_to_num(spread), 0, reach)
     return radii
 
 

@@ -174,4 +174,6 @@ def font(size: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     """Inter at a size in pixels; it ships because Pillow's own font lacks μ, σ, × and −."""
     name = "Inter-SemiBold.ttf" if bold else "Inter-Medium.ttf"
     file = resources.files("rnnpb_explorer.static").joinpath("fonts", name)
-    return ImageFont.truetype(io.BytesIO(file.read_bytes()), size)
+    return ImageFont.truetype(
+        io.BytesIO(file.read_bytes()), size, layout_engine=ImageFont.Layout.BASIC
+    )

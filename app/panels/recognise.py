@@ -92,7 +92,7 @@ class RecognisePanel:
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         file = event.target.value
         self._send(read_upload(file.name, file.content, self._facts[self._active]))
-        event.target.value = viser.UploadedFile("", b"")  # the bytes are done with
+        file.content = b""  # the handle keeps the file: let go of its bytes
 
     def _choose_example(self, name: str) -> None:
         if name in self._examples:

@@ -1,89 +1,111 @@
-"""Every link's shape, by colour."""
+"""Every link's shape, and the palette."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from .joints import FINGERS, PHALANX, THUMB_PHALANX
-from .shapes import capsule, ellipse, loft, sphere
-
-WHITE = (242, 242, 240)
-GREY = (120, 124, 130)
-DARK = (40, 42, 48)
-COLORS = {"white": WHITE, "grey": GREY, "dark": DARK}
+from . import arms, head, trunk
+from .joints import FINGERS
+from .shapes import Surface
 
 
-def _paint(name: str, meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
-    mesh = trimesh.util.concatenate(meshes)
-    mesh.visual = TextureVisuals(
-        material=PBRMaterial(
-            name=name, baseColorFactor=[*COLORS[name], 255], metallicFactor=0.0, roughnessFactor=0.5
+@dataclass(frozen=True)
+class Paint:
+    """sRGB colour and glTF roughness."""
+
+    rgb: tuple[int, int, int]
+    finish: str = "satin"
+
+
+ROUGHNESS = {"satin": 0.55, "gloss": 0.12}
+PALETTE = {
+    "white": Paint((236, 237, 239)),
+    "light": Paint((196, 200, 206)),
+    "grey": Paint((122, 127, 135)),
+    "dark": Paint((52, 55, 62)),
+    "screen": Paint((26, 30, 42), "gloss"),
+    "eye": Paint((14, 15, 20), "gloss"),
+    "glint": Paint((255, 255, 255), "gloss"),
+    "led": Paint((190, 225, 255)),
+}
+
+
+def shapes() -> dict[str, list[Surface]]:
+    """Mesh file name -> surfaces, in the frame of the link (or links) that it is for."""
+    files = {
+        "skirt": trunk.skirt(),
+        "thigh": trunk.thigh(),
+        "pelvis": trunk.pelvis(),
+        "torso": trunk.torso(),
+        "neck": head.neck(),
+        "head": head.head(),
+        "eye_led": head.eye_led(),
+        "shoulder": arms.shoulder(),
+        "upper_arm": arms.upper_arm(),
+        "elbow": arms.elbow(),
+        "forearm": arms.forearm(),
+        "hand": arms.hand(),
+    }
+    for thumb in (False, True):
+        for last in (False, True):
+            files[_phalanx(thumb, last)] = arms.phalanx(thumb, last)
+    return files
+
+
+def _phalanx(thumb: bool, last: bool) -> str:
+    return ("thumb" if thumb else "finger") + ("_tip" if last else "")
+
+
+def uses() -> list[tuple[str, str, bool]]:
+    """(link, mesh file name, mirrored in y) of every visual."""
+    rows = [(link, link, False) for link in ("skirt", "thigh", "pelvis", "torso", "neck", "head")]
+    for side in "lr":
+        for link in ("shoulder", "upper_arm", "elbow", "forearm", "hand"):
+            rows.append((f"{side}_{link}", link, side == "r"))
+        for name, count, _, _ in FINGERS:
+            for number in range(1, count + 1):
+                mesh = _phalanx(name == "Thumb", number == count)
+                rows.append((f"{side}_{name.lower()}_{number}", mesh, False))
+        rows += [(f"{side}_eye_led_{i}", "eye_led", False) for i in range(head.LEDS)]
+    return rows
+
+
+def to_glb(surfaces: list[Surface]) -> bytes:
+    """One piece for each finish, coloured by vertex."""
+    scene = trimesh.Scene()
+    for finish, roughness in ROUGHNESS.items():
+        chosen = [s for s in surfaces if PALETTE[s.color].finish == finish]
+        if not chosen:
+            continue
+        offsets = np.cumsum([0, *(len(s.vertices) for s in chosen[:-1])])
+        mesh = trimesh.Trimesh(
+            np.concatenate([s.vertices for s in chosen]),
+            np.concatenate([s.faces + o for s, o in zip(chosen, offsets, strict=True)]),
+            vertex_normals=np.concatenate([s.normals for s in chosen]),
+            process=False,
         )
-    )
-    _ = mesh.vertex_normals
-    return mesh
+        material = PBRMaterial(
+            name=finish, baseColorFactor=[255, 255, 255, 255], metallicFactor=0.0,
+            roughnessFactor=roughness,
+        )  # fmt: skip
+        visual = TextureVisuals(material=material)
+        visual.vertex_attributes["color"] = np.concatenate(
+            [np.tile([*_linear(PALETTE[s.color].rgb), 255], (len(s.vertices), 1)) for s in chosen]
+        ).astype(np.uint8)
+        mesh.visual = visual
+        scene.add_geometry(mesh, node_name=finish, geom_name=finish)
+    content = scene.export(file_type="glb", include_normals=True)
+    assert isinstance(content, bytes)
+    return content
 
 
-def pepper_body() -> dict[str, dict[str, trimesh.Trimesh]]:
-    parts: dict[str, dict[str, list[trimesh.Trimesh]]] = {}
-    add = lambda link, color, mesh: parts.setdefault(link, {}).setdefault(color, []).append(mesh)
-    add(
-        "skirt",
-        "white",
-        loft(
-            [
-                (-0.334, ellipse(0.2, 0.22)),
-                (-0.22, ellipse(0.2, 0.22)),
-                (-0.12, ellipse(0.12, 0.13)),
-                (0.04, ellipse(0.08, 0.1)),
-            ]
-        ),
-    )
-    add(
-        "thigh",
-        "white",
-        loft(
-            [(0.0, ellipse(0.075, 0.1)), (0.15, ellipse(0.075, 0.11)), (0.26, ellipse(0.08, 0.11))]
-        ),
-    )
-    add("pelvis", "grey", loft([(-0.05, ellipse(0.06, 0.07)), (0.1, ellipse(0.06, 0.07))]))
-    add(
-        "torso",
-        "white",
-        loft(
-            [
-                (0.0, ellipse(0.07, 0.09)),
-                (0.15, ellipse(0.1, 0.12)),
-                (0.26, ellipse(0.1, 0.14, (-0.04, 0))),
-                (0.3, ellipse(0.03, 0.03, (-0.04, 0))),
-            ]
-        ),
-    )
-    tablet = trimesh.creation.box((0.01, 0.246, 0.175))
-    tablet.apply_transform(trimesh.transformations.rotation_matrix(-0.35, [0, 1, 0]))
-    tablet.apply_translation((0.13, 0, 0.14))
-    add("torso", "dark", tablet)
-    add("neck", "grey", capsule((0, 0, -0.03), (0, 0, 0.03), 0.03))
-    add("head", "white", sphere(0.105, (0, 0, 0.115), detail=4))
-    for s in (1, -1):
-        add("head", "dark", sphere(0.024, (0.088, s * 0.042, 0.115), (0.5, 1, 1)))
-        add("head", "grey", capsule((0, s * 0.09, 0.115), (0, s * 0.104, 0.115), 0.03))
-    for l in "lr":
-        s = 1 if l == "l" else -1
-        add(f"{l}_shoulder", "grey", sphere(0.042))
-        add(f"{l}_upper_arm", "white", capsule((0.02, s * 0.01, 0), (0.15, s * 0.015, 0), 0.033))
-        add(f"{l}_elbow", "grey", sphere(0.032))
-        add(f"{l}_forearm", "white", capsule((0.03, 0, 0), (0.11, 0, 0), 0.03))
-        add(f"{l}_hand", "white", sphere(0.04, (0.045, 0, 0), (1, 0.9, 0.4)))
-        for name, phalanges, _, _ in FINGERS:
-            length = THUMB_PHALANX if name == "Thumb" else PHALANX
-            for k in range(1, phalanges + 1):
-                add(
-                    f"{l}_{name.lower()}_{k}",
-                    "grey",
-                    capsule((0, 0, 0), (length if k < phalanges else length * 0.7, 0, 0), 0.007),
-                )
-    return {link: {c: _paint(c, m) for c, m in colors.items()} for link, colors in parts.items()}
+def _linear(rgb: tuple[int, int, int]) -> list[int]:
+    """glTF's vertex colours are linear, the palette is sRGB."""
+    srgb = np.array(rgb) / 255
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return [int(v) for v in np.round(linear * 255)]

@@ -9,6 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import trimesh
+
+from .head import LEDS, eye_led_place
+
 Vector = tuple[float, float, float]
 X: Vector = (1, 0, 0)
 Y: Vector = (0, 1, 0)
@@ -65,7 +69,21 @@ def pepper_joints() -> list[Joint]:
         Joint("HeadPitch", "neck", "head", (0, 0, 0), (0, 0, 0), Y,
               -0.706858, 0.43, 9.22756, 2.666),
     ]  # fmt: skip
-    return [*trunk, *_arm("L"), *_arm("R")]
+    return [*trunk, *_arm("L"), *_arm("R"), *_eye_leds()]
+
+
+def _eye_leds() -> list[Joint]:
+    """Fixed joints of the 8 LED segments around each eye, so that a viewer can colour them."""
+    joints = []
+    for side, sign in (("l", 1), ("r", -1)):
+        for index in range(LEDS):
+            place = eye_led_place(sign, index)
+            rpy = trimesh.transformations.euler_from_matrix(place)
+            link = f"{side}_eye_led_{index}"
+            x, y, z = (round(float(v), 6) for v in place[:3, 3])
+            roll, pitch, yaw = (round(float(v), 6) for v in rpy)
+            joints.append(Joint(link, "head", link, (x, y, z), (roll, pitch, yaw)))
+    return joints
 
 
 def _arm(side: str) -> list[Joint]:

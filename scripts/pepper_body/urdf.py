@@ -11,10 +11,11 @@ from .joints import Joint, Vector
 
 @dataclass(frozen=True)
 class Visual:
-    """A mesh file on a link, beside the URDF."""
+    """A mesh file on a link, beside the URDF; mirrored in y or as it is."""
 
     link: str
     filename: str
+    mirrored: bool = False
 
 
 def format_urdf(name: str, joints: list[Joint], visuals: list[Visual]) -> str:
@@ -29,7 +30,9 @@ def format_urdf(name: str, joints: list[Joint], visuals: list[Visual]) -> str:
                 geometry = ElementTree.SubElement(
                     ElementTree.SubElement(element, "visual"), "geometry"
                 )
-                ElementTree.SubElement(geometry, "mesh", filename=visual.filename)
+                mesh = ElementTree.SubElement(geometry, "mesh", filename=visual.filename)
+                if visual.mirrored:
+                    mesh.set("scale", "1 -1 1")
     for joint in joints:
         _add_joint(robot, joint)
     ElementTree.indent(robot)

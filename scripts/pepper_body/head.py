@@ -1,0 +1,137 @@
+"""Neck and head: a wide round skull, large eyes, ears with speaker rings."""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+
+from .shapes import ALONG, MIRROR_Y, Array, Surface, body, cut, lathe, loft, sphere, surface
+
+EYE = np.array([0.092, 0.042, 0.114])  # on the face, left
+EYE_TURN = 24.0  # degrees that an eye looks outwards
+EYE_TILT = 3.0  # degrees that it looks up
+LEDS = 8
+
+
+def neck() -> list[Surface]:
+    profile = [(0.001, -0.036), (0.030, -0.034), (0.030, -0.010), (0.032, 0.006), (0.033, 0.018), (0.026, 0.034), (0.001, 0.040)]
+    return [surface(lathe(profile, rings=20), "grey")]
+
+
+def head() -> list[Surface]:
+    stations = [
+        # z, ahead, behind, side, center
+        (0.0080, 0.006, 0.006, 0.006, 0.030),
+        (0.0100, 0.022, 0.022, 0.024, 0.030),
+        (0.0200, 0.046, 0.040, 0.044, 0.028),
+        (0.0400, 0.071, 0.061, 0.064, 0.022),
+        (0.0650, 0.088, 0.080, 0.083, 0.014),
+        (0.0900, 0.097, 0.092, 0.096, 0.007),
+        (0.1150, 0.099, 0.098, 0.102, 0.003),
+        (0.1400, 0.098, 0.098, 0.101, 0.001),
+        (0.1650, 0.090, 0.090, 0.091, 0.001),
+        (0.1880, 0.075, 0.075, 0.074, 0.001),
+        (0.2050, 0.054, 0.054, 0.052, 0.001),
+        (0.2155, 0.030, 0.030, 0.028, 0.001),
+        (0.2190, 0.004, 0.004, 0.004, 0.001),
+    ]
+    solid = body(stations, rings=44, sides=64, power=2.15)
+    holes = [sphere(0.027, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 4) for side in (1, -1)]
+    shell = surface(cut(solid, *holes), "white", crease=30)
+    parts: list[Surface] = []
+    for part in shell.painted(_cap, "light"):
+        parts += part.painted(_eye_hole, "dark") if part.color == "white" else [part]
+    for side in (1, -1):
+        parts += eye(side)
+        parts += [s if side == 1 else s.moved(MIRROR_Y) for s in ear()]
+    return parts + mouth() + forehead()
+
+
+def _cap(p: Array) -> Array:
+    """Negative on the panel over the top and the back of the head."""
+    line = 0.205 - 0.9 * np.clip(p[:, 0] + 0.02, 0, 1) ** 1.1
+    front = p[:, 2] - (0.186 - 0.25 * np.abs(p[:, 1]) + 0.10 * (p[:, 0] - 0.04))
+    back = np.abs(p[:, 1]) - (0.066 - 0.25 * np.clip(0.12 - p[:, 2], 0, 1))
+    behind = np.where(p[:, 0] < 0.03, back, 1.0)
+    _ = line
+    return np.maximum(behind, 0.055 - p[:, 2]) if True else front
+
+
+def _eye_place(side: int) -> Array:
+    """(4, 4): x out of the eye, z up."""
+    turn = trimesh.transformations.euler_matrix(0, np.radians(-EYE_TILT), np.radians(side * EYE_TURN), "rxyz")
+    matrix = np.asarray(trimesh.transformations.euler_matrix(0, 0, np.radians(side * EYE_TURN)) @ trimesh.transformations.euler_matrix(0, np.radians(-EYE_TILT), 0))
+    _ = turn
+    matrix[:3, 3] = EYE * (1, side, 1)
+    return matrix
+
+
+def _eye_hole(p: Array) -> Array:
+    """Negative on the bowls that the eyes lie in."""
+    distances = []
+    for side in (1, -1):
+        place = _eye_place(side)
+        center = place[:3, 3] + 0.013 * place[:3, 0]
+        distances.append(np.linalg.norm(p - center, axis=1) - 0.0272)
+    return np.minimum(*distances)
+
+
+def eye(side: int) -> list[Surface]:
+    """A glossy black eyeball with a small light in it; the LED ring is a link of its own."""
+    place = _eye_place(side)
+    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=24)
+    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=48)
+    glint = sphere(0.0032, (0.0045, side * -0.0055 * 0 + 0.0055, 0.0065), 2)
+    out = []
+    for mesh, color in ((ball, "eye"), (rim, "white")):
+        out.append(surface(mesh.apply_transform(ALONG["x"]), color).moved(place))
+    glint.apply_scale((0.5, 1, 1))
+    glint.apply_translation((0.0022, 0, 0))
+    out.append(surface(glint, "glint").moved(place))
+    return out
+
+
+def eye_led_place(side: int, index: int) -> Array:
+    """(4, 4) of a segment of the ring: LED 0 is the first from the top towards the nose."""
+    angle = np.radians(360 / LEDS * (index + 0.5))
+    roll = trimesh.transformations.rotation_matrix(side * angle, (1, 0, 0))
+    return np.asarray(_eye_place(side) @ roll)
+
+
+def eye_led() -> list[Surface]:
+    """One segment of an LED ring, at the top of the eye."""
+    half = np.radians(180 / LEDS - 1.6)
+    t = np.linspace(-half, half, 7)
+    section = [(0.0168, -0.002), (0.0168, 0.0022), (0.0178, 0.0032), (0.0222, 0.0016), (0.0228, -0.002)]
+    rings = [np.array([(x, -r * np.sin(a), r * np.cos(a)) for r, x in section[::-1]]) for a in t]
+    return [surface(loft(rings), "led", crease=30)]
+
+
+def ear() -> list[Surface]:
+    """The speaker of the left ear: a ring, and grooves around a hub."""
+    ring = lathe([(0.028, -0.010), (0.0375, -0.010), (0.0385, 0.004), (0.0365, 0.0085), (0.0330, 0.0095), (0.0305, 0.0075), (0.0300, 0.002), (0.028, 0.0)], sides=56)
+    dish = [(0.0305, -0.004), (0.0305, 0.0035)]
+    for r in (0.027, 0.0215, 0.016):
+        dish += [(r + 0.0018, 0.0035), (r + 0.0009, 0.0015), (r - 0.0009, 0.0015), (r - 0.0018, 0.0035)]
+    dish += [(0.011, 0.0035), (0.0095, 0.0052), (0.005, 0.0062), (0.0001, 0.0064)]
+    place = ALONG["y"].copy()
+    place[:3, 3] = (-0.006, 0.0965, 0.116)
+    return [
+        surface(ring, "white", crease=35).moved(place),
+        surface(lathe(dish, sides=56), "grey", crease=35).moved(place),
+    ]
+
+
+def mouth() -> list[Surface]:
+    lips = lathe([(0.0001, -0.006), (0.0125, -0.006), (0.0125, 0.0006), (0.0112, 0.0014), (0.0098, 0.0004), (0.0001, 0.0)], sides=40)
+    lips.apply_transform(ALONG["x"]).apply_scale((1, 1, 0.48))
+    place = np.asarray(trimesh.transformations.rotation_matrix(np.radians(31), (0, 1, 0)))
+    place[:3, 3] = (0.0975, 0, 0.051)
+    return [surface(lips, "dark", crease=35).moved(place)]
+
+
+def forehead() -> list[Surface]:
+    lens = lathe([(0.0001, -0.004), (0.0048, -0.004), (0.0048, 0.0008), (0.003, 0.0016), (0.0001, 0.0018)], sides=24)
+    place = np.asarray(trimesh.transformations.rotation_matrix(np.radians(-32), (0, 1, 0))) @ ALONG["x"]
+    place[:3, 3] = (0.0905, 0, 0.1655)
+    return [surface(lens, "eye", crease=50).moved(place)]

@@ -1,0 +1,207 @@
+"""Skirt, thigh, waist and torso: lofts that meet on cylinders about their joints.
+
+Where two shells meet at a joint, both follow a cylinder (or sphere) about the joint's axis, one just
+inside the other, so that they slide past each other at every angle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .shapes import (
+    Array,
+    Surface,
+    body,
+    box,
+    cut,
+    cylinder,
+    lathe,
+    loft,
+    rounded_hull,
+    sphere,
+    surface,
+    through,
+    turned,
+)
+
+KNEE_RADIUS = 0.074  # the skirt's round top, about the knee's axis
+HIP_RADIUS = 0.070  # the thigh's lobes, about the axis of the hip's pitch
+WAIST_RADIUS = 0.046  # the waist's round top, about the axis of the hip's roll
+GAP = 0.003
+HIP = 0.268  # height of the hip above the knee
+ROLL = 0.079  # height of the roll axis above the hip
+SHOULDER = np.array([-0.057, 0.14974, 0.22582])
+
+
+def skirt() -> list[Surface]:
+    """From the three wheels up to the knee; the knee's axis is the origin."""
+    # height, wheel circles at (a, +-b) ahead and (-c, 0) behind, radius of the circles
+    stations = [
+        (-0.300, 0.088, 0.150, 0.166, 0.070),
+        (-0.304, 0.090, 0.153, 0.169, 0.078),
+        (-0.296, 0.091, 0.155, 0.170, 0.085),
+        (-0.262, 0.090, 0.153, 0.168, 0.088),
+        (-0.228, 0.082, 0.142, 0.158, 0.085),
+        (-0.196, 0.062, 0.112, 0.140, 0.078),
+        (-0.160, 0.030, 0.076, 0.112, 0.066),
+        (-0.120, 0.014, 0.060, 0.080, 0.056),
+        (-0.070, 0.008, 0.050, 0.048, 0.055),
+        (-0.020, 0.003, 0.044, 0.016, 0.055),
+        (0.030, 0.000, 0.040, 0.002, 0.054),
+        (0.090, 0.000, 0.038, 0.000, 0.052),
+    ]
+    rings = []
+    for z, a, b, c, r in through(stations, 40):
+        curve = rounded_hull([(a, b, r), (a, -b, r), (-c, 0, r)])
+        height = z + _arch(curve, z)
+        rings.append(np.column_stack([curve, height]))
+    solid = loft(rings)
+    above = cut(box((0.4, 0.4, 0.2), (0, 0, 0.1)), cylinder("y", KNEE_RADIUS, 0.3))
+    shell = surface(cut(solid, above), "white", crease=30)
+    dome = shell.painted(lambda p: np.where(p[:, 2] < 0.02, 1.0, np.hypot(p[:, 0], p[:, 2]) * -1 + KNEE_RADIUS - 4e-4), "grey")
+    parts = []
+    for part in dome:
+        parts += part.painted(_front_seam, "light") if part.color == "white" else [part]
+    for x, y in ((0.09, 0.155), (0.09, -0.155), (-0.17, 0.0)):
+        parts.append(surface(sphere(0.066, (x, y, -0.268), 2), "dark"))
+    return parts
+
+
+def _arch(curve: Array, z: float) -> Array:
+    """The lower rim rises a little between the wheels."""
+    angle = np.arctan2(curve[:, 1], curve[:, 0])
+    between = 0.5 + 0.5 * np.cos(3 * angle)  # 1 ahead and on both sides behind, 0 at the wheels
+    return 0.028 * between**2 * np.clip((-0.2 - z) / 0.1, 0, 1)
+
+
+def _front_seam(p: Array) -> Array:
+    """Negative on a band that runs up the front, wide below."""
+    width = 0.006 + 0.11 * np.clip((-0.165 - p[:, 2]) / 0.1, 0, 1) ** 1.5
+    return np.where(p[:, 0] > 0, np.abs(p[:, 1]) - width, 1.0)
+
+
+def thigh() -> list[Surface]:
+    """From the knee to the hip's two lobes; the knee's axis is the origin."""
+    stations = [
+        # z, ahead, behind, side, center
+        (0.018, 0.066, 0.054, 0.093, 0.004),
+        (0.022, 0.070, 0.058, 0.098, 0.004),
+        (0.060, 0.073, 0.060, 0.105, 0.004),
+        (0.120, 0.079, 0.062, 0.111, 0.005),
+        (0.180, 0.083, 0.068, 0.116, 0.006),
+        (0.225, 0.079, 0.073, 0.115, 0.004),
+        (0.268, 0.069, 0.070, 0.107, 0.000),
+        (0.300, 0.0615, 0.0625, 0.094, 0.000),
+        (0.320, 0.0465, 0.0470, 0.079, 0.000),
+        (0.333, 0.026, 0.026, 0.058, 0.000),
+        (0.338, 0.006, 0.006, 0.030, 0.000),
+    ]
+    solid = body(stations, rings=44, sides=56, power=2.2)
+    slot = loft([
+        np.array([(x, y * w, z) for x, y in ((0.2, -1), (0.2, 1), (-0.2, 1), (-0.2, -1))])
+        for z, w in ((0.19, 0.004), (0.26, 0.036), (0.30, 0.044), (0.40, 0.050))
+    ])  # fmt: skip
+    core = body([(z, 0.050, 0.045, 0.03, 0.0) for z in (0.18, 0.24)], rings=4, sides=24)
+    knee = cylinder("y", KNEE_RADIUS + GAP, 0.3)
+    shell = surface(cut(solid, slot, knee), "white", crease=30)
+    inner = surface(
+        trimesh_clip(solid), "grey", crease=30
+    )
+    parts = [inner, surface(core, "grey")]
+    parts += shell.painted(_thigh_seam, "light")
+    return parts
+
+
+def trimesh_clip(solid):
+    """The thigh's dark core, seen through the slot: the same body a little smaller."""
+    core = solid.copy()
+    core.apply_translation((0, 0, -HIP)).apply_scale((0.90, 0.90, 0.96)).apply_translation((0, 0, HIP))
+    lid = box((0.4, 0.4, 0.4), (0, 0, HIP - 0.03 + 0.2))
+    floor = box((0.4, 0.4, 0.2), (0, 0, 0.0))
+    return cut(core, lid, floor)
+
+
+def _thigh_seam(p: Array) -> Array:
+    return np.where(p[:, 0] > 0, np.abs(p[:, 1]) - 0.0035, 1.0)
+
+
+def pelvis() -> list[Surface]:
+    """The waist between thigh and torso; the axis of the hip's pitch is the origin."""
+    barrel = cylinder("y", HIP_RADIUS - 0.004, 0.040, sections=72)
+    stations = [
+        (-0.02, 0.045, 0.045, 0.036, 0.0),
+        (0.030, 0.047, 0.047, 0.037, 0.0),
+        (0.065, 0.044, 0.044, 0.040, 0.0),
+        (0.085, 0.043, 0.043, 0.044, 0.0),
+        (0.140, 0.043, 0.043, 0.044, 0.0),
+    ]
+    column = body(stations, rings=20, sides=40, power=2.4)
+    above = cut(box((0.3, 0.3, 0.2), (0, 0, ROLL + 0.1)), cylinder("x", WAIST_RADIUS, 0.2, (0, 0, ROLL)))
+    return [surface(barrel, "grey", crease=30), surface(cut(column, above), "grey", crease=30)]
+
+
+def torso() -> list[Surface]:
+    """From the waist to the neck, with the tablet; the axis of the hip's roll is the origin."""
+    stations = [
+        # z, ahead, behind, side, center
+        (-0.006, 0.050, 0.047, 0.054, 0.000),
+        (0.000, 0.054, 0.051, 0.059, 0.000),
+        (0.030, 0.062, 0.056, 0.070, 0.000),
+        (0.080, 0.074, 0.064, 0.086, 0.000),
+        (0.130, 0.086, 0.080, 0.098, -0.003),
+        (0.180, 0.094, 0.094, 0.107, -0.014),
+        (0.220, 0.095, 0.101, 0.114, -0.026),
+        (0.250, 0.089, 0.096, 0.116, -0.038),
+        (0.275, 0.075, 0.082, 0.105, -0.042),
+        (0.293, 0.054, 0.060, 0.078, -0.041),
+        (0.303, 0.040, 0.042, 0.050, -0.039),
+        (0.306, 0.032, 0.032, 0.032, -0.038),
+    ]
+    solid = body(stations, rings=48, sides=64, power=2.25)
+    sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 4) for s in (1, -1)]
+    waist = cylinder("x", WAIST_RADIUS + GAP, 0.3)
+    shell = surface(cut(solid, waist, *sockets), "white", crease=30)
+    parts: list[Surface] = []
+    for part in shell.painted(_socket, "grey"):
+        parts += part.painted(_side_panel, "light") if part.color == "white" else [part]
+    collar = lathe([(0.030, 0.292), (0.043, 0.294), (0.0445, 0.302), (0.041, 0.3085), (0.030, 0.308)], sides=48)
+    parts.append(surface(collar.apply_translation((-0.038, 0, 0)), "grey", crease=50))
+    return parts + tablet()
+
+
+def _socket(p: Array) -> Array:
+    """Negative on the round sockets of the shoulders and on the cut above the waist."""
+    distance = np.linalg.norm(np.abs(p * (1, 1, 1)) * (1, 1, 1) - np.abs(SHOULDER) * (1, 1, 1), axis=1)
+    at = np.column_stack([p[:, 0], np.abs(p[:, 1]), p[:, 2]]) - SHOULDER
+    shoulder = np.linalg.norm(at, axis=1) - 0.0478
+    waist = np.hypot(p[:, 1], p[:, 2]) - (WAIST_RADIUS + GAP + 3e-4)
+    return np.minimum(shoulder, waist)
+
+
+def _side_panel(p: Array) -> Array:
+    """Negative under the arms: the panel between the front and the back shell."""
+    y = np.abs(p[:, 1])
+    line = p[:, 0] + 0.030 + 0.10 * (p[:, 2] - 0.1)
+    width = 0.010 + 0.11 * np.clip(p[:, 2] - 0.02, 0, 1)
+    return np.where((y > 0.02) & (p[:, 2] < 0.27), np.abs(line) - width, 1.0)
+
+
+def tablet() -> list[Surface]:
+    """The screen on the chest, leaning back."""
+    place = turned("y", -32, (0.106, 0, 0.190))
+
+    def slab(half_y: float, half_z: float, depth: float, ahead: float, bevel: float, power: float = 9.0):
+        rows = [(0.0, 0.94), (bevel, 1.0), (depth - bevel, 1.0), (depth, 0.94 if bevel > 0.001 else 1.0)]
+        t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+        y = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** (2 / power)
+        z = np.sign(np.sin(t)) * np.abs(np.sin(t)) ** (2 / power)
+        rings = []
+        for x, f in rows:
+            inset = (1 - f) * half_z
+            rings.append(np.column_stack([np.full(64, ahead + x), y * (half_y - inset), z * (half_z - inset)]))
+        return loft(rings)
+
+    frame = surface(slab(0.122, 0.083, 0.016, -0.008, 0.004), "white", crease=30)
+    screen = surface(slab(0.106, 0.066, 0.0012, 0.0076, 0.0003, 14.0), "screen", crease=30)
+    arm = surface(box((0.05, 0.09, 0.06), (-0.03, 0, -0.005)), "grey", crease=30)
+    return [s.moved(place) for s in (frame, screen, arm)]
