@@ -122,7 +122,8 @@ def save_checkpoint(
     if resume is not None:
         content["resume"] = resume
     try:
-        with replacing(path) as beside:
-            torch.save(content, beside)
+        # Given a name, torch would write it into the archive; equal models make equal files.
+        with replacing(path) as beside, beside.open("wb") as file:
+            torch.save(content, file)
     except RuntimeError as error:  # torch's own writer, when the disk is full
         raise InputError(f"cannot write {path}: {str(error).partition(chr(10))[0]}") from error

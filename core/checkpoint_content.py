@@ -46,7 +46,7 @@ def from_content(content: Mapping[str, Any]) -> RNNPB:
     """
     version = content.get("version")
     if version != FORMAT_VERSION:
-        raise InputError(f"format version {version!r}, this program reads {FORMAT_VERSION}")
+        raise InputError(f"format version {_shown(version)}, this program reads {FORMAT_VERSION}")
     config = _config(_dict(content.get("config"), "config"))
     info = _info(_dict(content.get("info"), "info"), config)
     return _build(config, info, _dict(content.get("state"), "state"))
@@ -74,7 +74,7 @@ def from_published(content: Mapping[str, Any]) -> RNNPB:
         }
     )
     if sizes.get("num_layers", 1) != 1:
-        raise InputError(f"{sizes['num_layers']!r} LSTM layers, this program reads 1")
+        raise InputError(f"{_shown(sizes['num_layers'])} LSTM layers, this program reads 1")
     published = _dict(content.get("model_state_dict"), "model_state_dict")
     joints, gates = config.num_joints, 4 * config.hidden_size
     names = {
@@ -150,7 +150,7 @@ def _config(values: Mapping[str, Any]) -> ModelConfig:
     sizes = {name: _whole(values.get(name), name, 1, most) for name, most in LARGEST.items()}
     behavior = values.get("behavior")
     if behavior not in ("stochastic", "deterministic"):
-        raise InputError(f"behavior is {behavior!r}, expected stochastic or deterministic")
+        raise InputError(f"behavior is {_shown(behavior)}, expected stochastic or deterministic")
     beta = values.get("beta")
     if behavior == "deterministic":
         return ModelConfig(**sizes, behavior="deterministic", beta=None)
@@ -181,7 +181,7 @@ def _info(values: Mapping[str, Any], config: ModelConfig) -> ModelInfo:
         labels={_text(name, "label"): _label(label) for name, label in labels.items()},
         training=_record(_dict(values.get("training", {}), "training")),
         metrics={
-            _text(name, "metric"): _number(value, f"metric {name!r}")
+            _text(name, "metric"): _number(value, f"metric {_shown(name)}")
             for name, value in metrics.items()
         },
         attribution=_text(values.get("attribution", ""), "attribution"),
@@ -205,7 +205,7 @@ def _record(values: Mapping[str, Any]) -> dict[str, float | int | str]:
     for name, value in values.items():
         _text(name, "entry of the training record")
         if not isinstance(value, str | int | float):
-            raise InputError(f"its training record has no plain value for {name!r}")
+            raise InputError(f"its training record has no plain value for {_shown(name)}")
     return dict(values)
 
 
@@ -256,12 +256,14 @@ def _number(
 def _no_others(values: Mapping[str, Any], known: set[str], what: str) -> None:
     others = [_shown(name) for name in values if name not in known]
     if others:
-        raise InputError(f"{what} has entries this program does not know: {', '.join(others)}")
+        raise InputError(f"{what} has entries this program does not know: {', '.join(others[:3])}")
 
 
 def _shown(value: object) -> str:
     """The value for a message: short, whatever it is."""
+    if isinstance(value, int) and value.bit_length() > 64:
+        return "a huge number"
     if isinstance(value, str | int | float | None):
-        text = repr(value)
+        text = repr(value[:50] if isinstance(value, str) else value)
         return text if len(text) <= 40 else text[:40] + "..."
     return f"a {type(value).__name__}"
