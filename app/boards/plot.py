@@ -137,21 +137,21 @@ def nice_ticks(low: float, high: float, most: int = 6) -> list[tuple[float, str]
     raw = (high - low) / most
     magnitude = 10.0 ** math.floor(math.log10(raw))
     step = next(m for m in (1, 2, 5, 10) if m * magnitude >= raw * 0.999) * magnitude
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     slack = step * 1e-6
     first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
     if last - first > 50:  # a window so far from 0 that floats cannot tell its ticks apart
         return []
-    return [(i * step, tick_label(i * step, decimals)) for i in range(first, last + 1)]
+    largest = max(abs(low), abs(high))
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    digits = max(1, math.floor(math.log10(largest / step) + 1e-9) + 1)
+    form = f".{decimals}f" if 1e-3 <= largest < 1e5 else f".{digits}g"
+    return [(i * step, tick_label(i * step, form)) for i in range(first, last + 1)]
 
 
-def tick_label(value: float, decimals: int) -> str:
+def tick_label(value: float, form: str) -> str:
     """A number as it stands on an axis, with a true minus sign and no negative zero."""
-    large = abs(value) >= 1e5 or decimals > 4
-    text = f"{value:.2g}" if large else f"{value:.{decimals}f}"
-    if float(text) == 0:
-        text = text.lstrip("-")
-    return text.replace("-", "−")
+    text = format(value, form)
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 def new_board(size: int) -> Canvas:
