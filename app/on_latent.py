@@ -14,6 +14,8 @@ from .transitions import (
     Update,
     moment,
     notify,
+    opening_work,
+    put_latent,
     put_model,
     remember,
     show_latent,
@@ -132,11 +134,9 @@ def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
 
 def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
     state = replace(state, active=to.active, recognition=to.recognition, gesture="")
-    works: tuple[do.Work, ...] = ()
     for index, latent in enumerate(to.latents):
-        state, more = show_latent(facts, state, index, latent)
-        works += more
-    return state, works
+        state = put_latent(facts, state, index, latent)
+    return opening_work(facts, state)  # the target may be another one, too
 
 
 def undo(facts: Facts, state: AppState, intent: do.Undo) -> Update:

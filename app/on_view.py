@@ -12,7 +12,7 @@ from .state import AppState, GeneratedMotion
 from .transitions import Facts, Update, notify, opening_work, put_model, want_landscape
 
 MIN_SPEED, MAX_SPEED = 0.1, 4.0
-REST_SECONDS = 0.8  # a slider that rests this long ends its gesture
+REST_SECONDS = 0.8  # a slider that rests this long ends its gesture; a drag ends with the button
 
 
 # --- playback ---
@@ -47,7 +47,7 @@ def set_loop(facts: Facts, state: AppState, intent: do.SetLoop) -> Update:
 
 def tick(facts: Facts, state: AppState, intent: do.Tick) -> Update:
     rested = state.rested + intent.seconds
-    if rested > REST_SECONDS and state.gesture:
+    if rested > REST_SECONDS and not state.gesture.startswith("drag"):
         state = replace(state, gesture="")
     state = replace(state, rested=rested)
     motion, playback = state.current.motion, state.playback

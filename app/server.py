@@ -7,6 +7,7 @@ import io
 import logging
 import socket
 import threading
+import warnings
 from collections import OrderedDict
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,10 +27,12 @@ from .compute import Computations
 from .session import Session
 from .state import AppState, ModelFacts, initial_state
 from .statecode import decode
+from .transitions import stop_recognition
 
 MAX_MODELS = 4
 MAX_KEPT_STATES = 64  # of browsers that have gone and may come back
 TOKEN_KEY = "browser"
+MAX_TOKEN = 64  # characters; the browser says it, so it may say anything
 log = logging.getLogger(__name__)
 
 
@@ -100,7 +103,8 @@ class App:
     def _state_for(self, token: str) -> AppState:
         """What this browser had on its screen, or the opening screen."""
         with self._lock:
-            return self._kept.get(token, self._opening)
+            state = self._kept.get(token, self._opening)
+        return stop_recognition(state)[0]  # its worker went with the page
 
     def _keep(self, token: str, state: AppState) -> None:
         with self._lock:
@@ -215,6 +219,8 @@ def serve(options: ServerOptions) -> viser.ViserServer:
         InputError: the port is taken.
     """
     _claim(options.host, options.port)
+    # A browser that goes while its session writes is no news.
+    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
         server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
     # Filtering an environment map blocks a browser without a GPU for many seconds.
@@ -244,7 +250,7 @@ def browser_token(client: viser.ClientHandle) -> str:
     try:
         known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
         if known:
-            return known
+            return known[:MAX_TOKEN]
         client.local_storage.set_item(TOKEN_KEY, fresh)
     except (RuntimeError, TimeoutError) as error:
         log.info("no local storage in browser %s: %s", client.client_id, error)

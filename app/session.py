@@ -72,7 +72,7 @@ class Session:
         self._closed = True
         self._queue.put(None)
         for lane in (self._motions, self._landscapes, self._recognitions):
-            lane.close(timeout=None if lane is self._motions else 5.0)
+            lane.close(timeout=5.0)
         self._keep(self.state)
 
     def wait_for(self, condition: Callable[[AppState], bool], timeout: float) -> bool:

@@ -93,20 +93,26 @@ def moment(state: AppState) -> Moment:
     return Moment(state.active, tuple(model.latent for model in state.models), state.recognition)
 
 
+def put_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> AppState:
+    """Put a model at a point; the landscape's window follows where it would be left."""
+    model = replace(state.models[index], latent=latent)
+    if not inside_window(facts[index], state, model):
+        model = replace(model, anchor=latent.mu)
+    return put_model(state, index, model)
+
+
 def show_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> Update:
     """Put a model at a point; ask for its motion, and for its landscape where that changed.
 
-    The landscape depends on the components across its plane and on its anchor, so that a move within
-    the plane leaves it as it is.
+    The landscape depends on the components across its plane and on its anchor: a move within the
+    plane leaves it as it is.
     """
     before = state.models[index]
-    old_slice = landscape_slice(facts[index], state, before)
-    model = replace(before, latent=latent)
-    if not inside_window(facts[index], state, model):
-        model = replace(model, anchor=latent.mu)
-    new_slice = landscape_slice(facts[index], state, model)
-    state, works = want_motion(facts, put_model(state, index, model), index)
-    moved = not np.allclose(old_slice.center, new_slice.center, atol=1e-9)
+    old = landscape_slice(facts[index], state, before)
+    state = put_latent(facts, state, index, latent)
+    new = landscape_slice(facts[index], state, state.models[index])
+    state, works = want_motion(facts, state, index)
+    moved = not np.allclose(old.center, new.center, atol=1e-9)
     if moved or latent.motion != before.latent.motion:
         state, more = want_landscape(facts, state, index)
         works += more

@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw
 from .palette import Shape, font
 
 Floats = NDArray[np.float32]
+LONGEST = 300  # characters of a line; more than any board has room for
 STEPS = 4  # marks are placed and sized to a quarter of a pixel, which keeps few different masks
 _SQUARE = 0.886  # half the side of a square with a unit circle's area
 
@@ -126,12 +127,15 @@ def text_width(text: str, size: int, *, bold: bool = False) -> float:
     return sum(font(run, bold=bold).getlength(part) for part, run, _ in _runs(text, size))
 
 
+@lru_cache(maxsize=4096)
 def shorten(text: str, size: int, width: float, *, bold: bool = False) -> str:
     """The text, with an ellipsis in place of the end that does not fit."""
+    text = " ".join(text.split())[:LONGEST]
     if text_width(text, size, bold=bold) <= width:
         return text
-    face = font(size, bold=bold)
-    text = text[:500]
-    while text and face.getlength(text + "…") > width:
-        text = text[:-1]
-    return text.rstrip() + "…"
+    fits = font(size, bold=bold).getlength
+    low, high = 0, len(text) - 1  # characters that fit, and that may
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if fits(text[:middle] + "…") <= width else (low, middle - 1)
+    return text[:low].rstrip() + "…"

@@ -14,9 +14,8 @@ from ..state import AppState, ModelFacts
 from .bound import Bound
 from .playback import frame_of
 
-PLOTS = 3
 MOST_MOVING = "those that move most"
-CURSOR_INTERVAL = 0.15  # seconds between moves of the cursor while playing
+CURSOR_INTERVAL = 0.25  # seconds between moves of the cursor while playing
 COLORS = ("#1f77b4", "#2a9d5c", "#8e5bb5")
 
 Curves = tuple[NDArray[np.float64], ...]
@@ -32,13 +31,14 @@ class JointsPanel:
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._gui, self._facts, self._clock = gui, facts, clock
+        self._facts, self._clock = facts, clock
         self._joint = Bound(
             gui.add_dropdown("Joints", [MOST_MOVING, *facts[0].joints]),
             lambda name: send(do.SetJoint("" if name == MOST_MOVING else name)),
         )
         gui.add_markdown("Generated solid, target dashed; shaded: observed. Radians over seconds.")
-        self._plots: list[viser.GuiUplotHandle] = []
+        # Made here, all of them: made later they would land outside of their tab.
+        self._plots = [self._add_plot(gui, color) for color in COLORS[: len(facts[0].joints)]]
         self._drawn: tuple[object, ...] = ()
         self._next_cursor = 0.0
 
@@ -60,44 +60,48 @@ class JointsPanel:
         self._next_cursor = self._clock() + CURSOR_INTERVAL
         self._drawn = (*what, frame)
         columns = shown_joints(facts.joints, state.joint, motion.reference)
-        for slot in range(min(PLOTS, len(columns))):
-            column = columns[slot]
+        for plot, column in zip(self._plots, columns, strict=False):
             data, low, high = curves(
                 motion.positions[:, column], motion.reference[:, column], frame, facts.fps, shaded
             )
-            self._draw(slot, facts.joints[column], data, low, high)
+            self._draw(plot, facts.joints[column], data, low, high)
 
-    def _draw(self, slot: int, joint: str, data: Curves, low: float, high: float) -> None:
-        scales: dict[str, viser.uplot.Scale] = {"x": {"time": False}, "y": {"range": (low, high)}}
-        if slot < len(self._plots):
-            plot = self._plots[slot]
-            plot.data = data
-            if plot.title != joint:
-                plot.title = joint
-            if plot.scales != scales:
-                plot.scales = scales
-            return
-        self._plots.append(
-            self._gui.add_uplot(
-                data,
-                (
-                    {"label": "s"},
-                    {"label": "generated", "stroke": COLORS[slot], "width": 2},
-                    {"label": "target", "stroke": "#444444", "width": 1.5, "dash": (5, 4)},
-                    {"label": "now", "stroke": "#d62728", "width": 1.5},
-                    {
-                        "label": "observed",
-                        "stroke": "rgba(0,0,0,0)",
-                        "fill": "rgba(31,119,180,0.12)",
-                    },
-                ),
-                title=joint,
-                scales=scales,
-                legend={"show": False},
-                cursor={"show": False},
-                height=150,
-            )
+    @staticmethod
+    def _add_plot(gui: viser.GuiApi, color: str) -> viser.GuiUplotHandle:
+        unseen = "rgba(0,0,0,0)"
+        return gui.add_uplot(
+            (np.array([0.0, 1.0]),) * 6,
+            (
+                {"label": "s"},
+                {"label": "generated", "stroke": color, "width": 2},
+                {"label": "target", "stroke": "#444444", "width": 1.5, "dash": (5, 4)},
+                {"label": "now", "stroke": "#d62728", "width": 1.5},
+                {"label": "observed", "stroke": unseen},
+                {"label": "observed", "stroke": unseen},
+            ),
+            bands=({"series": (4, 5), "fill": "rgba(31,119,180,0.12)"},),
+            scales={"x": {"time": False}},
+            legend={"show": False},
+            cursor={"show": False},
+            height=150,
+            visible=False,
         )
+
+    @staticmethod
+    def _draw(
+        plot: viser.GuiUplotHandle, joint: str, data: Curves, low: float, high: float
+    ) -> None:
+        scales: dict[str, viser.uplot.Scale] = {
+            "x": {"time": False, "range": (0.0, float(data[0][-1]))},
+            "y": {"range": (low, high)},
+        }
+        plot.data = data
+        if plot.title != joint:
+            plot.title = joint
+        if plot.scales != scales:
+            plot.scales = scales
+        if not plot.visible:
+            plot.visible = True
 
 
 def observed_frames(state: AppState, frames: int) -> int:
@@ -111,10 +115,10 @@ def observed_frames(state: AppState, frames: int) -> int:
 def shown_joints(joints: tuple[str, ...], chosen: str, reference: NDArray[np.float32]) -> list[int]:
     """Columns to plot: the chosen joint and the ones after it, or those of the widest range."""
     if chosen in joints:
-        first = min(joints.index(chosen), max(len(joints) - PLOTS, 0))
-        shown = list(range(first, min(first + PLOTS, len(joints))))
+        first = min(joints.index(chosen), max(len(joints) - len(COLORS), 0))
+        shown = list(range(first, min(first + len(COLORS), len(joints))))
         return [joints.index(chosen), *(c for c in shown if c != joints.index(chosen))]
-    widest = np.argsort(-np.ptp(reference, axis=0), kind="stable")[:PLOTS]
+    widest = np.argsort(-np.ptp(reference, axis=0), kind="stable")[:len(COLORS)]
     return [int(column) for column in widest]
 
 
@@ -133,7 +137,8 @@ def curves(
         observed: frames to shade.
 
     Returns:
-        seconds, generated, target, cursor, shade, each (S,), NaN where a curve has nothing; low, high.
+        seconds, generated, target, cursor, top and bottom of the shade, each (S,), NaN where a curve
+        has nothing; low, high.
     """
     frames = max(len(generated), len(target))
     values = np.concatenate([generated, target])
@@ -152,5 +157,6 @@ def curves(
 
     cursor = np.full(len(seconds), np.nan)
     cursor[frame], cursor[frame + 1] = low, high
-    shade = np.where(seconds < observed / fps, high, np.nan)
-    return (seconds, spread(generated), spread(target), cursor, shade), low, high
+    seen = seconds < observed / fps
+    top, bottom = np.where(seen, high, np.nan), np.where(seen, low, np.nan)
+    return (seconds, spread(generated), spread(target), cursor, top, bottom), low, high
