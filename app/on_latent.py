@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import intents as do
-from .slices import landscape_slice, moved_on_landscape
+from .slices import landscape_slice, moved_on_landscape, valid_axes
 from .state import AppState, Array, Moment, initial_latent
 from .transitions import (
     Facts,
@@ -21,6 +21,7 @@ from .transitions import (
     show_latent,
     stop_recognition,
     want_landscape,
+    want_motion,
 )
 
 MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out there
@@ -41,16 +42,21 @@ def select_model(facts: Facts, state: AppState, intent: do.SelectModel) -> Updat
     if not 0 <= intent.index < len(facts) or intent.index == state.active:
         return state, ()
     state, works = stop_recognition(state)
-    dim = facts[intent.index].pb_dim
-    axes = (0, 1)[:dim]
-    fits = all(axis < dim for axis in state.map_axes) and len(state.map_axes) == len(axes)
-    state = replace(remember(state, ""), active=intent.index)
-    if not fits:
-        state = replace(state, map_axes=axes)
-    if state.landscape_axes != "pca" and max(state.landscape_axes) >= dim:
-        state = replace(state, landscape_axes=axes)
-    state, more = want_landscape(facts, state, intent.index)
+    state, more = _activate(facts, remember(state, ""), intent.index)
     return state, works + more
+
+
+def _activate(facts: Facts, state: AppState, index: int) -> Update:
+    """Have the boards speak of a model, along axes that it has."""
+    dim = facts[index].pb_dim
+    axes = state.landscape_axes
+    state = replace(
+        state,
+        active=index,
+        map_axes=fitting_axes(state.map_axes, dim),
+        landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),
+    )
+    return follow_landscape(facts, state, index)
 
 
 def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Update:
@@ -64,9 +70,10 @@ def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Upd
         if index == state.active or name in model_facts.motions:
             motion = intent.index if index == state.active else model_facts.motions.index(name)
             latent = initial_latent(model_facts, motion)
-            state = put_model(state, index, replace(state.models[index], anchor=latent.mu))
-            state, more = show_latent(facts, state, index, latent)
-            works += more
+            model = replace(state.models[index], latent=latent, anchor=latent.mu)
+            state, motion_work = want_motion(facts, put_model(state, index, model), index)
+            state, landscape_work = want_landscape(facts, state, index)
+            works += motion_work + landscape_work
     return state, works
 
 
@@ -87,18 +94,25 @@ def set_sigma(facts: Facts, state: AppState, intent: do.SetSigma) -> Update:
     return _move(facts, state, f"sigma {intent.dim}", sigma=sigma)
 
 
+def _is_point(values: tuple[float, ...], axes: int) -> bool:
+    return len(values) == axes and bool(np.isfinite(values).all())
+
+
 def move_on_map(facts: Facts, state: AppState, intent: do.MoveOnMap) -> Update:
-    if not np.isfinite(intent.to).all():
+    latent_map, dim = facts[state.active].latent_map, facts[state.active].pb_dim
+    fits = len(intent.to) == len(intent.axes) and all(0 <= axis < dim for axis in intent.axes)
+    if not fits or not np.isfinite(intent.to).all():
         return state, ()
-    latent_map = facts[state.active].latent_map
     mu = latent_map.move(state.current.latent.mu, intent.axes, intent.to)
     return _move(facts, state, f"drag {intent.gesture}", mu=mu)
 
 
 def move_on_landscape(facts: Facts, state: AppState, intent: do.MoveOnLandscape) -> Update:
-    if not np.isfinite(intent.to).all():
-        return state, ()
     where = landscape_slice(facts[state.active], state, state.current)
+    if len(intent.to) != len(where.middle) or not np.isfinite(intent.to).all():
+        return state, ()
+    if not _is_point(intent.to, len(where.middle)):
+        return state, ()
     low, high = where.middle - where.radius, where.middle + where.radius
     to = tuple(np.clip(intent.to, low, high).tolist())
     mu = moved_on_landscape(facts[state.active], state, state.current.latent, to)

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from . import intents as do
-from .slices import inside_window
 from .state import AppState, GeneratedMotion
-from .transitions import Facts, Update, notify, opening_work, put_model, want_landscape
+from .transitions import Facts, Update, follow_landscape, notify, opening_work, put_model
 
 MIN_SPEED, MAX_SPEED = 0.1, 4.0
 REST_SECONDS = 0.8  # a slider that rests this long ends its gesture; a drag ends with the button
@@ -63,34 +62,19 @@ def tick(facts: Facts, state: AppState, intent: do.Tick) -> Update:
 
 # --- boards and plots ---
 def set_map_axes(facts: Facts, state: AppState, intent: do.SetMapAxes) -> Update:
-    if not _valid_axes(intent.axes, facts[state.active].pb_dim):
+    if not drawable_axes(intent.axes, facts[state.active].pb_dim):
         return state, ()
-    state = replace(state, map_axes=intent.axes)
-    return (
-        want_landscape(facts, state, state.active) if state.landscape_axes == "pca" else (state, ())
-    )
+    return follow_landscape(facts, replace(state, map_axes=intent.axes), state.active)
 
 
 def set_landscape_axes(facts: Facts, state: AppState, intent: do.SetLandscapeAxes) -> Update:
-    if intent.axes != "pca" and not _valid_axes(intent.axes, facts[state.active].pb_dim):
+    if intent.axes != "pca" and not drawable_axes(intent.axes, facts[state.active].pb_dim):
         return state, ()
-    return _window_changed(facts, replace(state, landscape_axes=intent.axes))
+    return follow_landscape(facts, replace(state, landscape_axes=intent.axes), state.active)
 
 
 def set_window(facts: Facts, state: AppState, intent: do.SetWindow) -> Update:
-    return _window_changed(facts, replace(state, window=intent.window))
-
-
-def _window_changed(facts: Facts, state: AppState) -> Update:
-    model = state.current
-    if not inside_window(facts[state.active], state, model):
-        state = put_model(state, state.active, replace(model, anchor=model.latent.mu))
-    return want_landscape(facts, state, state.active)
-
-
-def _valid_axes(axes: tuple[int, ...], dim: int) -> bool:
-    inside = all(0 <= axis < dim for axis in axes)
-    return inside and len(set(axes)) == len(axes) == min(dim, 2)
+    return follow_landscape(facts, replace(state, window=intent.window), state.active)
 
 
 def set_colouring(facts: Facts, state: AppState, intent: do.SetColouring) -> Update:

@@ -12,6 +12,12 @@ ABSOLUTE_RADIUS = 1.0  # the window of the paper's Fig. 4
 RELATIVE_RADIUS = 0.7  # in standard deviations of the learned mu
 
 
+def fitting_axes(axes: tuple[int, ...], dim: int) -> tuple[int, ...]:
+    """The axes, or the first ones where the model has others: models side by side differ in D."""
+    fits = len(axes) == min(dim, 2) and all(axis < dim for axis in axes)
+    return axes if fits else (0, 1)[:dim]
+
+
 @dataclass(frozen=True, eq=False)
 class LandscapeSlice:
     """Where the landscape lies: center + a * directions[0] + b * directions[1]."""
@@ -28,7 +34,7 @@ def landscape_slice(facts: ModelFacts, state: AppState, model: ModelState) -> La
     """The window around the anchor along two axes; the other components as they are now."""
     radius = ABSOLUTE_RADIUS if state.window == "absolute" else RELATIVE_RADIUS * facts.mu_sd
     if state.landscape_axes == "pca":
-        axes = tuple(axis for axis in state.map_axes if axis < facts.pb_dim)
+        axes = fitting_axes(state.map_axes, facts.pb_dim)
         anchor = facts.latent_map.project(model.anchor)
         center = facts.latent_map.move(model.latent.mu, axes, [anchor[axis] for axis in axes])
         directions = facts.latent_map.components[list(axes)]
@@ -36,7 +42,7 @@ def landscape_slice(facts: ModelFacts, state: AppState, model: ModelState) -> La
         return LandscapeSlice(
             center, directions, facts.latent_map.mean, anchor[list(axes)], radius, labels
         )
-    axes = tuple(axis for axis in state.landscape_axes if axis < facts.pb_dim)
+    axes = fitting_axes(state.landscape_axes, facts.pb_dim)
     center = model.latent.mu.copy()
     center[list(axes)] = model.anchor[list(axes)]
     directions = np.eye(facts.pb_dim)[list(axes)]
@@ -48,8 +54,9 @@ def landscape_slice(facts: ModelFacts, state: AppState, model: ModelState) -> La
 def on_landscape(facts: ModelFacts, state: AppState, points: Array) -> Array:
     """(..., A): points (..., D) of the latent space in the landscape's coordinates."""
     if state.landscape_axes == "pca":
-        return facts.latent_map.project(points)[..., list(state.map_axes)]
-    return np.asarray(points)[..., list(state.landscape_axes)]
+        axes = fitting_axes(state.map_axes, facts.pb_dim)
+        return facts.latent_map.project(points)[..., list(axes)]
+    return np.asarray(points)[..., list(fitting_axes(state.landscape_axes, facts.pb_dim))]
 
 
 def moved_on_landscape(
@@ -68,3 +75,13 @@ def inside_window(facts: ModelFacts, state: AppState, model: ModelState) -> bool
     where = landscape_slice(facts, state, model)
     offset = on_landscape(facts, state, model.latent.mu) - where.middle
     return bool((np.abs(offset) <= where.radius + 1e-9).all())
+
+
+def valid_axes(axes: tuple[int, ...], dim: int) -> bool:
+    """Whether these are different components of a PB of `dim` dimensions."""
+    return 1 <= len(set(axes)) == len(axes) and all(0 <= axis < dim for axis in axes)
+
+
+def drawable_axes(axes: tuple[int, ...], dim: int) -> bool:
+    """Whether a board can be drawn along these: two, or the one that there is."""
+    return valid_axes(axes, dim) and len(axes) == min(dim, 2)

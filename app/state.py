@@ -8,7 +8,7 @@ the state.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from ..core.landscape import Landscape
 from ..core.latent_map import LatentMap
 from ..core.model import MotionLabel
 from ..core.motion import Motion
+
+if TYPE_CHECKING:
+    from .intents import LandscapeWork
 
 Array = NDArray[np.float64]
 Colouring = Literal["class", "valence", "arousal"]
@@ -141,6 +144,7 @@ class ModelState:
     landscape: ComputedLandscape | None = None
     motion_request: int = 0
     landscape_request: int = 0
+    landscape_asked: LandscapeWork | None = None  # the last one, whether it has come or not
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import numpy as np
 from ..core.errors import InputError
 from . import intents as do
 from .on_latent import MAX_MU, MAX_SIGMA
+from .slices import drawable_axes
 from .state import AppState, Latent, ModelFacts, Playback
 from .transitions import Facts, Update, notify, opening_work, put_model, remember, stop_recognition
 
@@ -156,6 +157,6 @@ def _vector(values: list[float], dim: int, low: float, high: float) -> np.ndarra
 
 def _axes(axes: list[int], dim: int) -> tuple[int, ...]:
     chosen = tuple(int(axis) for axis in axes)
-    if len(set(chosen)) != min(dim, 2) or not all(0 <= axis < dim for axis in chosen):
+    if not drawable_axes(chosen, dim):
         raise InputError("the state code names axes that the model does not have")
     return chosen

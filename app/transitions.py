@@ -50,23 +50,58 @@ def want_motion(facts: Facts, state: AppState, index: int) -> Update:
 
 
 def want_landscape(facts: Facts, state: AppState, index: int) -> Update:
+    """Ask for a model's landscape, in a window that holds the puck."""
+    state = hold_puck(facts, state, index)
+    model = state.models[index]
+    request = state.requests + 1
+    work = _landscape_work(facts, state, index, request)
+    model = replace(model, landscape_request=request, landscape_asked=work)
+    return replace(put_model(state, index, model), requests=request), (work,)
+
+
+def follow_landscape(facts: Facts, state: AppState, index: int) -> Update:
+    """Ask for a model's landscape where it has become another than the last one asked for."""
+    state = hold_puck(facts, state, index)
+    asked = state.models[index].landscape_asked
+    if asked is not None and _same(asked, _landscape_work(facts, state, index, asked.request)):
+        return state, ()
+    return want_landscape(facts, state, index)
+
+
+def hold_puck(facts: Facts, state: AppState, index: int) -> AppState:
+    """Move the landscape's window to the puck that has left it."""
+    model = state.models[index]
+    if inside_window(facts[index], state, model):
+        return state
+    return put_model(state, index, replace(model, anchor=model.latent.mu))
+
+
+def _landscape_work(
+    facts: Facts, state: AppState, index: int, request: int
+) -> do.LandscapeWork:
     model = state.models[index]
     where = landscape_slice(facts[index], state, model)
-    request = state.requests + 1
-    state = replace(
-        put_model(state, index, replace(model, landscape_request=request)), requests=request
+    return do.LandscapeWork(
+        model=index,
+        request=request,
+        center=where.center,
+        directions=where.directions,
+        zero=where.zero,
+        radius=where.radius,
+        target=target_of(facts, state, index),
+        motion=model.latent.motion,
     )
-    return state, (
-        do.LandscapeWork(
-            model=index,
-            request=request,
-            center=where.center,
-            directions=where.directions,
-            zero=where.zero,
-            radius=where.radius,
-            target=target_of(facts, state, index),
-            motion=model.latent.motion,
-        ),
+
+
+def _same(one: do.LandscapeWork, other: do.LandscapeWork) -> bool:
+    """Whether two requests have one result. A move within the plane changes rounding alone."""
+    return (
+        one.target is other.target
+        and (one.motion == other.motion or one.target is not None)
+        and one.radius == other.radius
+        and one.directions.shape == other.directions.shape
+        and np.allclose(one.directions, other.directions, atol=1e-9)
+        and np.allclose(one.center, other.center, atol=1e-9)
     )
 
 
@@ -104,19 +139,13 @@ def put_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> App
 def show_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> Update:
     """Put a model at a point; ask for its motion, and for its landscape where that changed.
 
-    The landscape depends on the components across its plane and on its anchor: a move within the
-    plane leaves it as it is.
+    The landscape depends on the components across its plane and on its anchor, so that a move within
+    the plane leaves it as it is.
     """
-    before = state.models[index]
-    old = landscape_slice(facts[index], state, before)
-    state = put_latent(facts, state, index, latent)
-    new = landscape_slice(facts[index], state, state.models[index])
+    state = put_model(state, index, replace(state.models[index], latent=latent))
     state, works = want_motion(facts, state, index)
-    moved = not np.allclose(old.center, new.center, atol=1e-9)
-    if moved or latent.motion != before.latent.motion:
-        state, more = want_landscape(facts, state, index)
-        works += more
-    return state, works
+    state, more = follow_landscape(facts, state, index)
+    return state, works + more
 
 
 def stop_recognition(state: AppState) -> Update:
