@@ -7,21 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from . import intents as do
-from .slices import landscape_slice, moved_on_landscape, valid_axes
+from .slices import fitting_axes, landscape_slice, moved_on_landscape, valid_axes
 from .state import AppState, Array, Moment, initial_latent
 from .transitions import (
     Facts,
     Update,
+    follow_landscape,
     moment,
     notify,
-    opening_work,
-    put_latent,
-    put_model,
     remember,
     show_latent,
     stop_recognition,
-    want_landscape,
-    want_motion,
 )
 
 MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out there
@@ -71,9 +67,8 @@ def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Upd
             motion = intent.index if index == state.active else model_facts.motions.index(name)
             latent = initial_latent(model_facts, motion)
             model = replace(state.models[index], latent=latent, anchor=latent.mu)
-            state, motion_work = want_motion(facts, put_model(state, index, model), index)
-            state, landscape_work = want_landscape(facts, state, index)
-            works += motion_work + landscape_work
+            state, more = show_latent(facts, put_model(state, index, model), index, latent)
+            works += more
     return state, works
 
 
@@ -100,8 +95,7 @@ def _is_point(values: tuple[float, ...], axes: int) -> bool:
 
 def move_on_map(facts: Facts, state: AppState, intent: do.MoveOnMap) -> Update:
     latent_map, dim = facts[state.active].latent_map, facts[state.active].pb_dim
-    fits = len(intent.to) == len(intent.axes) and all(0 <= axis < dim for axis in intent.axes)
-    if not fits or not np.isfinite(intent.to).all():
+    if not valid_axes(intent.axes, dim) or not _is_point(intent.to, len(intent.axes)):
         return state, ()
     mu = latent_map.move(state.current.latent.mu, intent.axes, intent.to)
     return _move(facts, state, f"drag {intent.gesture}", mu=mu)
@@ -109,8 +103,6 @@ def move_on_map(facts: Facts, state: AppState, intent: do.MoveOnMap) -> Update:
 
 def move_on_landscape(facts: Facts, state: AppState, intent: do.MoveOnLandscape) -> Update:
     where = landscape_slice(facts[state.active], state, state.current)
-    if len(intent.to) != len(where.middle) or not np.isfinite(intent.to).all():
-        return state, ()
     if not _is_point(intent.to, len(where.middle)):
         return state, ()
     low, high = where.middle - where.radius, where.middle + where.radius
@@ -147,10 +139,12 @@ def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
 
 
 def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
-    state = replace(state, active=to.active, recognition=to.recognition, gesture="")
+    state = replace(state, recognition=to.recognition, gesture="")
+    state, works = _activate(facts, state, to.active)
     for index, latent in enumerate(to.latents):
-        state = put_latent(facts, state, index, latent)
-    return opening_work(facts, state)  # the target may be another one, too
+        state, more = show_latent(facts, state, index, latent)
+        works += more
+    return state, works
 
 
 def undo(facts: Facts, state: AppState, intent: do.Undo) -> Update:

@@ -14,8 +14,7 @@ RELATIVE_RADIUS = 0.7  # in standard deviations of the learned mu
 
 def fitting_axes(axes: tuple[int, ...], dim: int) -> tuple[int, ...]:
     """The axes, or the first ones where the model has others: models side by side differ in D."""
-    fits = len(axes) == min(dim, 2) and all(axis < dim for axis in axes)
-    return axes if fits else (0, 1)[:dim]
+    return axes if drawable_axes(axes, dim) else (0, 1)[:dim]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +63,9 @@ def moved_on_landscape(
 ) -> Array:
     """(D,): the latent's mu with the landscape's axes at `to`, the other components alone."""
     if state.landscape_axes == "pca":
-        return facts.latent_map.move(latent.mu, state.map_axes, to)
+        return facts.latent_map.move(latent.mu, fitting_axes(state.map_axes, facts.pb_dim), to)
     mu = latent.mu.copy()
-    mu[list(state.landscape_axes)] = to
+    mu[list(fitting_axes(state.landscape_axes, facts.pb_dim))] = to
     return mu
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from . import intents as do
 from .slices import inside_window, landscape_slice
-from .state import AppState, Latent, ModelFacts, ModelState, Moment, Notice
+from .state import AppState, Array, Latent, ModelFacts, ModelState, Moment, Notice
 
 Facts = tuple[ModelFacts, ...]
 Update = tuple[AppState, tuple[do.Work, ...]]
@@ -76,9 +76,7 @@ def hold_puck(facts: Facts, state: AppState, index: int) -> AppState:
     return put_model(state, index, replace(model, anchor=model.latent.mu))
 
 
-def _landscape_work(
-    facts: Facts, state: AppState, index: int, request: int
-) -> do.LandscapeWork:
+def _landscape_work(facts: Facts, state: AppState, index: int, request: int) -> do.LandscapeWork:
     model = state.models[index]
     where = landscape_slice(facts[index], state, model)
     return do.LandscapeWork(
@@ -128,15 +126,9 @@ def moment(state: AppState) -> Moment:
     return Moment(state.active, tuple(model.latent for model in state.models), state.recognition)
 
 
-def put_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> AppState:
-    """Put a model at a point; the landscape's window follows where it would be left."""
-    model = replace(state.models[index], latent=latent)
-    if not inside_window(facts[index], state, model):
-        model = replace(model, anchor=latent.mu)
-    return put_model(state, index, model)
-
-
-def show_latent(facts: Facts, state: AppState, index: int, latent: Latent) -> Update:
+def show_latent(
+    facts: Facts, state: AppState, index: int, latent: Latent, anchor: Array | None = None
+) -> Update:
     """Put a model at a point; ask for its motion, and for its landscape where that changed.
 
     The landscape depends on the components across its plane and on its anchor, so that a move within

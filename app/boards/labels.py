@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .masks import shorten, text_width
-from .palette import AXIS, LABEL, PLOT, TEXT
+from .palette import AXIS, LABEL, PLOT, QUIET, TEXT, Color
 from .plot import Area
 from .raster import Canvas
 
 LABEL_SIZE = 28.0  # design pixels
 WIDEST = 340.0
 PUCK_RADIUS = 34.0  # design pixels around the puck, which others draw, that names keep free
+# strong: bold, and set in any case; quiet: pale, and only where it covers no mark
+Weight = Literal["strong", "plain", "quiet"]
+COLORS: dict[Weight, Color] = {"strong": TEXT, "plain": LABEL, "quiet": QUIET}
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 
 
@@ -25,7 +29,7 @@ class Label:
 
     point: int
     text: str
-    strong: bool = False  # bold, and set in any case
+    weight: Weight = "plain"
 
 
 @dataclass(frozen=True)
@@ -60,11 +64,17 @@ def place_labels(
     reach = PUCK_RADIUS * area.scale
     placed: list[Placed] = []
     for label in labels:
-        at, free = pixels[label.point], float(radius[label.point]) * (1.5 if label.strong else 1.0)
+        at, free = (
+            pixels[label.point],
+            float(radius[label.point]) * (1.5 if label.weight == "strong" else 1.0),
+        )
         if puck is not None and float(np.hypot(*(at - puck))) < reach:
             at, free = puck, reach
         x, y = at.tolist()
-        width, height = text_width(_text(area, label), size, bold=label.strong), size * 1.12
+        width, height = (
+            text_width(_text(area, label), size, bold=label.weight == "strong"),
+            size * 1.12,
+        )
         places = (_off_line if on_a_line else _around)(x, y, free + 0.3 * size, width, height)
         taken = [one.box for one in placed]
         if puck is not None:
@@ -72,7 +82,7 @@ def place_labels(
             taken.append(
                 (px - 0.85 * reach, py - 0.85 * reach, px + 0.85 * reach, py + 0.85 * reach)
             )
-        box = _free_place(area, places, width, height, taken, pixels, must=label.strong)
+        box = _free_place(area, places, width, height, taken, pixels, label.weight)
         if box is not None:
             placed.append(Placed(label, box, (x, y), on_a_line))
     return placed
@@ -88,13 +98,15 @@ def draw_labels(canvas: Canvas, area: Area, placed: Sequence[Placed]) -> None:
             canvas.rectangle(x - half, start, x + half, end, AXIS)
     for one in placed:
         label, (left, _, _, bottom) = one.label, one.box
-        color, baseline = (TEXT if label.strong else LABEL), bottom - size * 0.26
+        color, baseline = COLORS[label.weight], bottom - size * 0.26
         text = _text(area, label)
-        canvas.text(left, baseline, text, size, color, bold=label.strong, halo=PLOT)
+        canvas.text(left, baseline, text, size, color, bold=label.weight == "strong", halo=PLOT)
 
 
 def _text(area: Area, label: Label) -> str:
-    return shorten(label.text, area.scaled(LABEL_SIZE), area.scaled(WIDEST), bold=label.strong)
+    return shorten(
+        label.text, area.scaled(LABEL_SIZE), area.scaled(WIDEST), bold=label.weight == "strong"
+    )
 
 
 def _free_place(
@@ -104,30 +116,33 @@ def _free_place(
     height: float,
     taken: Sequence[Box],
     avoid: NDArray[np.float64],
-    *,
-    must: bool,
+    weight: Weight,
 ) -> Box | None:
     """The place, given by its left top corner, that covers the fewest marks and nothing taken."""
     edge = area.scaled(6)
-    inside = (area.left + edge, area.top + edge, area.right - edge, area.bottom - edge)
-    best: Box | None = None
-    fewest = np.inf
-    for rank, (left, top) in enumerate(places):
-        box = (left, top, left + width, top + height)
-        if left < inside[0] or top < inside[1] or box[2] > inside[2] or box[3] > inside[3]:
-            continue
-        if any(_overlap(box, other) for other in taken):
-            continue
-        x, y = avoid[:, 0], avoid[:, 1]
-        covered = (x > left - 4) & (x < box[2] + 4) & (y > top - 4) & (y < box[3] + 4)
-        cost = covered.sum() + 0.3 * rank
-        if cost < fewest:
-            best, fewest = box, cost
-    if best is None and must:
-        left = min(max(places[0][0], inside[0]), inside[2] - width)
-        top = min(max(places[0][1], inside[1]), inside[3] - height)
-        best = (left, top, left + width, top + height)
-    return best
+    low = np.array([area.left + edge, area.top + edge])
+    high = np.array([area.right - edge - width, area.bottom - edge - height])
+    corners = np.array(places)  # (P, 2)
+    ends = corners + [width, height]
+    fits = ((corners >= low) & (corners <= high)).all(axis=1)
+    if taken:
+        boxes = np.array(taken)[None]  # (1, T, 4)
+        apart = (corners[:, None] > boxes[..., 2:] + [6, 0]) | (
+            ends[:, None] < boxes[..., :2] - [6, 0]
+        )
+        fits &= apart.any(axis=2).all(axis=1)
+    over = (avoid > corners[:, None] - 4) & (avoid < ends[:, None] + 4)  # (P, N, 2)
+    covered = over.all(axis=2).sum(axis=1)
+    if weight == "quiet":
+        fits &= covered == 0
+    cost = np.where(fits, covered + 0.3 * np.arange(len(places)), np.inf)
+    best = corners[int(cost.argmin())]
+    if not fits.any():
+        if weight != "strong":
+            return None
+        best = np.maximum(np.minimum(corners[0], high), low)
+    left, top = best.tolist()
+    return (left, top, left + width, top + height)
 
 
 def _around(
@@ -156,7 +171,3 @@ def _off_line(
     below = [(start, y + row) for row in rows for start in starts]
     above = [(start, y - row - height) for row in rows for start in starts]
     return below + above
-
-
-def _overlap(a: Box, b: Box) -> bool:
-    return a[0] < b[2] + 6 and b[0] < a[2] + 6 and a[1] < b[3] and b[1] < a[3]

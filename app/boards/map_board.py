@@ -105,6 +105,7 @@ def draw_map(
     off_plane: ArrayLike | None = None,
     near: ArrayLike | None = None,
     max_labels: int = 6,
+    name_others: bool = True,
     ellipse: ArrayLike | None = None,
     ellipse_center: ArrayLike | None = None,
     extrapolation: float | None = None,
@@ -126,6 +127,7 @@ def draw_map(
         off_plane: (N,) how far each point is from the drawn slice; far ones are small and faint.
         near: (2,) where the puck is: the `max_labels` points nearest to it, off-plane distance
             included, get their names, as far as there is room.
+        name_others: name the other points, too, in a quieter tone and only where there is room.
         ellipse: (2, 2) covariance, drawn at 1 and 2 sigma around `ellipse_center`, by default the
             selected point.
         extrapolation: above 1 the board says so.
@@ -150,14 +152,17 @@ def draw_map(
         order = [
             i for i in _named_first(xy, chosen, near, apart, max_labels) if frame.contains(xy[i])
         ]
-        wanted = [Label(i, names[i], i == chosen) for i in order]
+        wanted = [Label(i, names[i], "strong" if i == chosen else "plain") for i in order]
+        if name_others and not flat and path is None:
+            rest = [i for i in range(len(xy)) if i not in set(order) and frame.contains(xy[i])]
+            wanted += [Label(i, names[i], "quiet") for i in rest]
         placed = place_labels(area, wanted, pixels, radius, puck=puck, on_a_line=flat)
     with canvas.clip(area.left, area.top, area.right, area.bottom):
         center = ellipse_center if chosen is None or ellipse_center is not None else xy[chosen]
         if ellipse is not None and center is not None:
             _draw_gaussian(canvas, area, frame, center, ellipse, flat)
         strength = (0.32 + 0.68 * nearness(apart)) * (0.45 if path is not None else 1.0)
-        named = [one.label.point for one in placed]
+        named = [one.label.point for one in placed if one.label.weight != "quiet"]
         _draw_points(canvas, area, pixels, radius, strength, style, named)
         if chosen is not None:
             _draw_selected(canvas, area, pixels[chosen], style, chosen)

@@ -29,6 +29,7 @@ AXIS: Color = (120, 128, 138)
 GRID: Color = (233, 236, 240)
 ZERO_LINE: Color = (206, 211, 218)
 TEXT: Color = (31, 38, 48)
+QUIET: Color = (128, 136, 148)
 LABEL: Color = (66, 75, 88)
 MUTED: Color = (91, 101, 115)
 UNKNOWN: Color = (173, 179, 187)  # a motion without a rating, a cell without a correlation
