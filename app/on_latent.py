@@ -116,7 +116,7 @@ def reset(facts: Facts, state: AppState, intent: do.ResetLatent) -> Update:
 
 
 def _draw(state: AppState) -> tuple[AppState, np.random.Generator]:
-    """A generator that depends on the seed and on how often was drawn, so that a session replays."""
+    """A generator made from the seed and the number of draws, so that a session replays."""
     return replace(state, draws=state.draws + 1), np.random.default_rng([state.seed, state.draws])
 
 

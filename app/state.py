@@ -1,8 +1,8 @@
 """What is on one browser's screen, as plain values.
 
-The state holds no handles, no locks and no tensors. `update.py` alone makes a new one from an old one.
-What never changes while the app runs (the learned PBs, names, lengths) stands in `ModelFacts`, beside
-the state.
+The state holds no handles, no locks and no tensors. `update.py` alone makes a new one from an old
+one. What never changes while the app runs (the learned PBs, names, lengths) stands in `ModelFacts`,
+beside the state.
 """
 
 from __future__ import annotations

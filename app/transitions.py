@@ -131,8 +131,8 @@ def show_latent(
 ) -> Update:
     """Put a model at a point; ask for its motion, and for its landscape where that changed.
 
-    The landscape depends on the components across its plane and on its anchor, so that a move within
-    the plane leaves it as it is.
+    The landscape depends on the components across its plane and on its anchor: a move within the
+    plane leaves it as it is.
     """
     state = put_model(state, index, replace(state.models[index], latent=latent))
     state, works = want_motion(facts, state, index)
