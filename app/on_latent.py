@@ -15,6 +15,7 @@ from .transitions import (
     follow_landscape,
     moment,
     notify,
+    put_model,
     remember,
     show_latent,
     stop_recognition,

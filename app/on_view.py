@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import intents as do
-from .slices import drawable_axes, inside_window
+from .slices import drawable_axes
 from .state import AppState, GeneratedMotion
 from .transitions import Facts, Update, follow_landscape, notify, opening_work, put_model
 
