@@ -39,21 +39,21 @@ def select_model(facts: Facts, state: AppState, intent: do.SelectModel) -> Updat
     if not 0 <= intent.index < len(facts) or intent.index == state.active:
         return state, ()
     state, works = stop_recognition(state)
-    state, more = _activate(facts, remember(state, ""), intent.index)
+    state = _activate(facts, remember(state, ""), intent.index)
+    state, more = follow_landscape(facts, state, intent.index)
     return state, works + more
 
 
-def _activate(facts: Facts, state: AppState, index: int) -> Update:
+def _activate(facts: Facts, state: AppState, index: int) -> AppState:
     """Have the boards speak of a model, along axes that it has."""
     dim = facts[index].pb_dim
     axes = state.landscape_axes
-    state = replace(
+    return replace(
         state,
         active=index,
         map_axes=fitting_axes(state.map_axes, dim),
         landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),
     )
-    return follow_landscape(facts, state, index)
 
 
 def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Update:
@@ -141,7 +141,8 @@ def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
 
 def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
     state = replace(state, recognition=to.recognition, gesture="")
-    state, works = _activate(facts, state, to.active)
+    state = _activate(facts, state, to.active)
+    works: tuple[do.Work, ...] = ()
     for index, latent in enumerate(to.latents):
         state, more = show_latent(facts, state, index, latent)
         works += more

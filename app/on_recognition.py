@@ -12,6 +12,7 @@ from .state import AppState, Array, Latent, Recognition, RecognitionTrace
 from .transitions import (
     Facts,
     Update,
+    follow_landscape,
     notify,
     opening_work,
     put_model,
@@ -122,12 +123,17 @@ def start(facts: Facts, state: AppState, intent: do.StartRecognition) -> Update:
         trials=recognition.trials,
         seed=state.seed + state.draws - 1,
     )
-    return state, (*works, work)
+    state, more = follow_landscape(facts, state, state.active)  # the target may not have been used
+    return state, (*works, work, *more)
 
 
 def cancel(facts: Facts, state: AppState, intent: do.CancelRecognition) -> Update:
-    """Stop where it is; the path so far stays."""
-    return stop_recognition(state)
+    """Stop where it is; the path so far stays, and the landscape catches up."""
+    state, works = stop_recognition(state)
+    if not works:
+        return state, ()
+    state, more = follow_landscape(facts, state, state.recognition.model)
+    return state, works + more
 
 
 def stepped(facts: Facts, state: AppState, intent: do.RecognitionStepped) -> Update:
@@ -156,14 +162,23 @@ def finished(facts: Facts, state: AppState, intent: do.RecognitionFinished) -> U
         recognition,
         status="finished",
         trial=trial,
-        message=(
-            f"best iterate: {iteration + 1} of trial {trial + 1}, "
-            f"loss {trace.loss[iteration, trial]:.5f}, "
-            f"prediction error {trace.prediction_error[iteration, trial]:.5f}"
-        ),
+        message=_best_line(trace),
     )
     state = replace(state, recognition=recognition)
     return _show_iterate(facts, state, iteration, trial)
+
+
+def _best_line(trace: RecognitionTrace) -> str:
+    iteration, trial = trace.best
+    predicted = trace.prediction_error[iteration, trial]
+    parts = [
+        f"best iterate: {iteration + 1} of trial {trial + 1}",
+        f"loss {trace.loss[iteration, trial]:.5f}",
+        f"prediction error {predicted:.5f}"
+        if np.isfinite(predicted)
+        else "nothing left to predict",
+    ]
+    return ", ".join(parts)
 
 
 def scrub(facts: Facts, state: AppState, intent: do.ScrubRecognition) -> Update:
@@ -203,5 +218,6 @@ def failed(facts: Facts, state: AppState, intent: do.WorkFailed) -> Update:
         if recognition.request != intent.request or recognition.status != "running":
             return state, ()
         recognition = replace(recognition, status="failed", message=intent.message)
-        state = replace(state, recognition=recognition)
+        state = notify(replace(state, recognition=recognition), intent.message)
+        return follow_landscape(facts, state, recognition.model)
     return notify(state, intent.message), ()

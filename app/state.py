@@ -111,8 +111,9 @@ class RecognitionTrace:
 
     @property
     def best(self) -> tuple[int, int]:
-        """(iteration, trial) of the lowest loss so far."""
-        iteration, trial = np.unravel_index(int(self.loss.argmin()), self.loss.shape)
+        """(iteration, trial) of the lowest loss so far; NaN is never the lowest."""
+        loss = np.where(np.isnan(self.loss), np.inf, self.loss)
+        iteration, trial = np.unravel_index(int(loss.argmin()), loss.shape)
         return int(iteration), int(trial)
 
 

@@ -180,11 +180,10 @@ def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
     """An uploaded file as a target, or the reason why it is none."""
     if len(content) > MAX_CSV_BYTES:
         return do.RefuseTarget(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB")
-    label = "".join(c for c in name if c.isprintable())[:80] or "upload"
+    stem = "".join(c for c in name if c.isprintable()).removesuffix(".csv")[:76] or "upload"
+    label = f"{stem}.csv"
     try:
-        motion: Motion = parse_motion(
-            content, facts.joints, name=label.removesuffix(".csv"), source=label, fps=facts.fps
-        )
+        motion: Motion = parse_motion(content, facts.joints, name=stem, source=label, fps=facts.fps)
     except InputError as error:
         return do.RefuseTarget(str(error))
     return do.SetTarget(motion)
