@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from ..errors import InputError
-from ..files import check_writable, replacing
+from ..files import check_writable
 from .command import Command, add_data, add_device, add_seed, load_model, whole
 from .progress import steps_bar
+from .tables import print_table, write_json
 
 TASKS = ("reconstruction",)
 Row = dict[str, Any]
@@ -61,9 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
     tables = {"reconstruction": list(rows)}
     _print_reconstruction(tables["reconstruction"])
     if arguments.json is not None:
-        text = json.dumps(tables, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
-        with replacing(arguments.json) as beside:
-            beside.write_text(text, encoding="utf-8")
+        write_json(arguments.json, tables)
 
 
 def _reconstruction(checkpoint: str, arguments: argparse.Namespace) -> Row:
@@ -101,15 +97,14 @@ def _print_reconstruction(rows: list[Row]) -> None:
         table.add_column(name, justify="left" if name in ("checkpoint", "behavior") else "right")
     for row in rows:
         table.add_row(
-            Path(row["checkpoint"]).name,
+            row["checkpoint"],
             row["behavior"],
             "-" if row["beta"] is None else f"{row['beta']:g}",
             str(row["pb_dim"]),
             f"{row['mean']:.6f} ({row['sd']:.6f})",
             f"{row['at_sigma_0']:.6f}",
         )
-    console = Console()
-    console.print(table, width=None if console.is_terminal else 120)
+    print_table(table)
 
 
 COMMAND = Command("evaluate", "Measure checkpoints as the paper does.", add_arguments, run)

@@ -100,6 +100,8 @@ def run(arguments: argparse.Namespace) -> None:
     _save(result, out, model.motion_name(index), _axis_names(arguments.axes, model.config.pb_dim))
     measures = f"mean {result.mean:.4f}, area {result.area:.4f}, roughness {result.roughness:.4f}"
     print(f"{measures}: {out}")
+    if arguments.target is None and dataset is None:
+        note("no --target and no --data: the model's own reconstruction is the target")
 
 
 def _target(
@@ -111,7 +113,6 @@ def _target(
         return read_motion(path, joints, fps=fps, unit=unit).positions
     if dataset is not None:
         return dataset.motions[index].positions
-    note("no --target and no --data: the model's own reconstruction is the target")
     reconstruction: NDArray[np.float32] = model.reconstruct(index).numpy()
     return reconstruction
 
