@@ -1,4 +1,4 @@
-"""Small made-up screens for the tests of the app's logic: nothing is loaded, nothing is computed."""
+"""Small made-up screens for the tests of the app's logic; nothing is loaded or computed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.state import (
-    Array,
     AppState,
+    Array,
     ComputedLandscape,
     ModelFacts,
     RecognitionTrace,

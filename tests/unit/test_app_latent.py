@@ -269,7 +269,7 @@ def test_in_the_plane_of_the_map_a_drag_on_the_map_leaves_the_landscape() -> Non
     facts = TWELVE_DIMENSIONS
     state = after(facts, open_screen(facts), do.SetLandscapeAxes("pca"))
     where = landscape_slice(facts[0], state, state.current)
-    inside = tuple((where.middle + [0.5, -0.9]).tolist())
+    inside = (where.middle[0] + 0.5, where.middle[1] - 0.9)
     assert wanted(update(facts, state, do.MoveOnMap((0, 1), inside, 1))) == [MOTION]
     across = update(facts, state, do.MoveOnMap((2, 3), (0.1, 0.2), 1))
     assert wanted(across) == [MOTION, LANDSCAPE]
@@ -306,7 +306,7 @@ def test_a_drag_on_the_landscape_uses_its_axes() -> None:
     facts = TWELVE_DIMENSIONS
     state = after(facts, open_screen(facts), do.SetMapAxes((1, 3)), do.SetLandscapeAxes("pca"))
     where = landscape_slice(facts[0], state, state.current)
-    to = tuple((where.middle + [0.5, -0.5]).tolist())
+    to = (where.middle[0] + 0.5, where.middle[1] - 0.5)
     state = after(facts, state, do.MoveOnLandscape(to, 1))
     coordinates = facts[0].latent_map.project(state.current.latent.mu)
     np.testing.assert_allclose(coordinates[[1, 3]], to, atol=1e-12)
