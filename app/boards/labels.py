@@ -31,6 +31,10 @@ class Label:
     text: str
     weight: Weight = "plain"
 
+    @property
+    def bold(self) -> bool:
+        return self.weight == "strong"
+
 
 @dataclass(frozen=True)
 class Placed:
@@ -62,28 +66,24 @@ def place_labels(
     """
     size = area.scaled(LABEL_SIZE)
     reach = PUCK_RADIUS * area.scale
+    marks = (pixels[:, 0].copy(), pixels[:, 1].copy())
+    taken: list[Box] = []
+    if puck is not None:
+        (x, y), half = puck.tolist(), 0.85 * reach
+        taken.append((x - half, y - half, x + half, y + half))
     placed: list[Placed] = []
     for label in labels:
-        at, free = (
-            pixels[label.point],
-            float(radius[label.point]) * (1.5 if label.weight == "strong" else 1.0),
-        )
+        at, free = pixels[label.point], float(radius[label.point])
+        if label.weight == "strong":
+            free *= 1.5  # it has a ring
         if puck is not None and float(np.hypot(*(at - puck))) < reach:
             at, free = puck, reach
         x, y = at.tolist()
-        width, height = (
-            text_width(_text(area, label), size, bold=label.weight == "strong"),
-            size * 1.12,
-        )
+        width, height = text_width(_text(area, label), size, bold=label.bold), size * 1.12
         places = (_off_line if on_a_line else _around)(x, y, free + 0.3 * size, width, height)
-        taken = [one.box for one in placed]
-        if puck is not None:
-            px, py = puck.tolist()
-            taken.append(
-                (px - 0.85 * reach, py - 0.85 * reach, px + 0.85 * reach, py + 0.85 * reach)
-            )
-        box = _free_place(area, places, width, height, taken, pixels, label.weight)
+        box = _free_place(area, places, width, height, taken, marks, label.weight)
         if box is not None:
+            taken.append(box)
             placed.append(Placed(label, box, (x, y), on_a_line))
     return placed
 
@@ -100,13 +100,12 @@ def draw_labels(canvas: Canvas, area: Area, placed: Sequence[Placed]) -> None:
         label, (left, _, _, bottom) = one.label, one.box
         color, baseline = COLORS[label.weight], bottom - size * 0.26
         text = _text(area, label)
-        canvas.text(left, baseline, text, size, color, bold=label.weight == "strong", halo=PLOT)
+        halo = None if label.weight == "quiet" else PLOT
+        canvas.text(left, baseline, text, size, color, bold=label.bold, halo=halo)
 
 
 def _text(area: Area, label: Label) -> str:
-    return shorten(
-        label.text, area.scaled(LABEL_SIZE), area.scaled(WIDEST), bold=label.weight == "strong"
-    )
+    return shorten(label.text, area.scaled(LABEL_SIZE), area.scaled(WIDEST), bold=label.bold)
 
 
 def _free_place(
@@ -115,34 +114,35 @@ def _free_place(
     width: float,
     height: float,
     taken: Sequence[Box],
-    avoid: NDArray[np.float64],
+    avoid: tuple[NDArray[np.float64], NDArray[np.float64]],
     weight: Weight,
 ) -> Box | None:
     """The place, given by its left top corner, that covers the fewest marks and nothing taken."""
     edge = area.scaled(6)
-    low = np.array([area.left + edge, area.top + edge])
-    high = np.array([area.right - edge - width, area.bottom - edge - height])
-    corners = np.array(places)  # (P, 2)
-    ends = corners + [width, height]
-    fits = ((corners >= low) & (corners <= high)).all(axis=1)
-    if taken:
-        boxes = np.array(taken)[None]  # (1, T, 4)
-        apart = (corners[:, None] > boxes[..., 2:] + [6, 0]) | (
-            ends[:, None] < boxes[..., :2] - [6, 0]
-        )
-        fits &= apart.any(axis=2).all(axis=1)
-    over = (avoid > corners[:, None] - 4) & (avoid < ends[:, None] + 4)  # (P, N, 2)
-    covered = over.all(axis=2).sum(axis=1)
-    if weight == "quiet":
-        fits &= covered == 0
-    cost = np.where(fits, covered + 0.3 * np.arange(len(places)), np.inf)
-    best = corners[int(cost.argmin())]
-    if not fits.any():
-        if weight != "strong":
-            return None
-        best = np.maximum(np.minimum(corners[0], high), low)
-    left, top = best.tolist()
-    return (left, top, left + width, top + height)
+    low_x, low_y = area.left + edge, area.top + edge
+    high_x, high_y = area.right - edge - width, area.bottom - edge - height
+    x, y = avoid
+    best, fewest = None, np.inf
+    for rank, (left, top) in enumerate(places):
+        if not (low_x <= left <= high_x and low_y <= top <= high_y):
+            continue
+        right, bottom = left + width, top + height
+        if any(
+            left < x1 + 6 and x0 - 6 < right and top < y1 and y0 < bottom
+            for x0, y0, x1, y1 in taken
+        ):
+            continue
+        over = (x > left - 4) & (x < right + 4) & (y > top - 4) & (y < bottom + 4)
+        covered = int(np.count_nonzero(over))
+        if covered + 0.3 * rank < fewest and not (covered and weight == "quiet"):
+            best, fewest = (left, top, right, bottom), covered + 0.3 * rank
+        if not covered:  # every later place costs more
+            break
+    if best is None and weight == "strong":
+        left = max(min(places[0][0], high_x), low_x)
+        top = max(min(places[0][1], high_y), low_y)
+        best = (left, top, left + width, top + height)
+    return best
 
 
 def _around(

@@ -207,6 +207,9 @@ def test_best_cells_are_outlined() -> None:
     middle = float(given_.y[4])
     assert close(pixel(board, edge, middle), SELECTED)
     assert not close(pixel(board, -edge - 0.4, middle), SELECTED)
+    values[0, 0] = np.nan  # which has no say in it
+    board = draw_landscape(landscape(values), size=SIZE)
+    assert close(pixel(board, edge, middle), SELECTED)
     flat = draw_landscape(landscape(np.full((10, 10), 0.2)), size=SIZE)
     inside = flat.picture[plot_area(flat)]
     assert (inside == correlation_colors(np.float32(0.2))).all()
@@ -391,19 +394,27 @@ def test_selected_point_has_a_ring_and_its_name() -> None:
 def test_names_are_those_nearest_to_the_puck() -> None:
     points = cloud(25)
     names = [f"M{i}" for i in range(25)]
-    bare = draw_map(points, near=points[12], size=SIZE)
-    board = draw_map(points, names=names, near=points[12], max_labels=3, size=SIZE)
+    alone = {"near": points[12], "max_labels": 3, "name_others": False, "size": SIZE}
+    bare = draw_map(points, **alone)
+    board = draw_map(points, names=names, **alone)
     rows, columns = np.nonzero(changed(bare, board))
     where = board.frame.to_data(np.stack([columns / SIZE, rows / SIZE], axis=1))
     assert len(where) > 100
     assert np.linalg.norm(where - points[12], axis=1).max() < 2.2
     # the same points, but the nearest ones are far off the slice: others are named
     apart = np.where(np.linalg.norm(points - points[12], axis=1) < 1.6, 100.0, 0.0)
-    there = draw_map(points, names=names, near=points[12], off_plane=apart, max_labels=3, size=SIZE)
-    plain = draw_map(points, near=points[12], off_plane=apart, max_labels=3, size=SIZE)
+    there = draw_map(points, names=names, off_plane=apart, **alone)
+    plain = draw_map(points, off_plane=apart, **alone)
     rows, columns = np.nonzero(changed(plain, there))
     where = board.frame.to_data(np.stack([columns / SIZE, rows / SIZE], axis=1))
     assert np.linalg.norm(where - points[12], axis=1).max() > 1.6
+    # and where there is room, all are
+    everyone = draw_map(points, names=names, near=points[12], size=1024)
+    bare = draw_map(points, near=points[12], size=1024)
+    for point in points:
+        row, column = everyone.frame.to_pixels(point, 1024)[::-1].astype(int)
+        window = slice(row - 60, row + 60), slice(column - 90, column + 90)
+        assert changed(everyone, bare)[window].sum() > 30
 
 
 @given(
@@ -418,13 +429,14 @@ def test_names_never_cover_each_other_and_stay_inside(
     pixels = np.array(points, dtype=np.float64)
     if on_a_line:
         pixels[:, 1] = 250
-    labels = [Label(i, f"AskForAttention_{i}_tr", strong=i == 0) for i in range(len(points))]
+    weights = ["strong", *["plain"] * 7, *["quiet"] * 40]
+    labels = [Label(i, f"AskForAttention_{i}_tr", weights[i]) for i in range(len(points))]  # type: ignore[arg-type]
     puck = pixels[-1]
     placed = place_labels(
         area, labels, pixels, np.full(len(points), 6.0), puck=puck, on_a_line=on_a_line
     )
     boxes = [one.box for one in placed]
-    assert any(one.label.strong for one in placed)
+    assert any(one.label.weight == "strong" for one in placed)
     for i, (left, top, right, bottom) in enumerate(boxes):
         assert area.left <= left < right <= area.right
         assert area.top <= top < bottom <= area.bottom
@@ -432,7 +444,9 @@ def test_names_never_cover_each_other_and_stay_inside(
             assert left >= other[2] or other[0] >= right or top >= other[3] or other[1] >= bottom
     for one in placed:
         left, top, right, bottom = one.box
-        assert one.label.strong or not (left < puck[0] < right and top < puck[1] < bottom)
+        assert one.label.weight == "strong" or not (
+            left < puck[0] < right and top < puck[1] < bottom
+        )
 
 
 def test_ellipse_passes_one_and_two_sigma() -> None:
