@@ -25,7 +25,7 @@ class Computations:
 
     @torch.inference_mode()
     def generate(self, work: do.GenerateWork, cancelled: Event) -> Iterator[do.Intent]:
-        """The motion of a PB; with it, in one batch, the reconstruction that it is compared with."""
+        """The motion of a PB; in the same batch the reconstruction that it is compared with."""
         model = self._models[work.model]
         pb = torch.as_tensor(work.pb, dtype=torch.float32, device=model.mu.device)[None]
         if work.target is not None:

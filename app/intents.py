@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.motion import Motion
-from .state import Array, Colouring, ComputedLandscape, RecognitionTrace, WindowKind
+from .state import Array, Colouring, ComputedLandscape, Init, RecognitionTrace, WindowKind
 
 
 # --- a point of the latent space ---
@@ -311,7 +311,7 @@ class RecogniseWork:
     request: int
     target: NDArray[np.float32]
     observed: float
-    init: str
+    init: Init
     iterations: int
     trials: int
     seed: int

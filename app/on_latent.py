@@ -25,12 +25,25 @@ MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out 
 MAX_SIGMA = 5.0
 
 
-def _move(facts: Facts, state: AppState, gesture: str, **changes: Array) -> Update:
+def _move(
+    facts: Facts,
+    state: AppState,
+    gesture: str,
+    *,
+    mu: Array | None = None,
+    sigma: Array | None = None,
+    epsilon: Array | None = None,
+) -> Update:
     """A person moves the active model's latent by hand; a recognition that drives it stops."""
     state, works = stop_recognition(state)
     state = remember(state, gesture)
-    latent = replace(state.current.latent, **changes)
-    latent = replace(latent, mu=np.clip(latent.mu, -MAX_MU, MAX_MU))
+    old = state.current.latent
+    latent = replace(
+        old,
+        mu=np.clip(old.mu if mu is None else mu, -MAX_MU, MAX_MU),
+        sigma=old.sigma if sigma is None else sigma,
+        epsilon=old.epsilon if epsilon is None else epsilon,
+    )
     state, more = show_latent(facts, state, state.active, latent)
     return state, works + more
 

@@ -89,10 +89,11 @@ def set_option(facts: Facts, state: AppState, intent: do.SetRecognitionOption) -
 def start(facts: Facts, state: AppState, intent: do.StartRecognition) -> Update:
     """Recognise the target with the active model."""
     recognition = state.recognition
-    if recognition.target is None:
+    target = recognition.target
+    if target is None:
         return notify(state, "Upload a motion or choose an example first"), ()
-    if recognition.target.joints != facts[state.active].joints:
-        return notify(state, f"{recognition.target.name} has other joints than this model"), ()
+    if target.joints != facts[state.active].joints:
+        return notify(state, f"{target.name} has other joints than this model"), ()
     state, works = stop_recognition(state)
     state = remember(state, "")
     request = state.requests + 1
@@ -116,7 +117,7 @@ def start(facts: Facts, state: AppState, intent: do.StartRecognition) -> Update:
     work = do.RecogniseWork(
         model=state.active,
         request=request,
-        target=recognition.target.positions,
+        target=target.positions,
         observed=recognition.observed,
         init=recognition.init,
         iterations=recognition.iterations,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import viser
@@ -95,19 +96,18 @@ class Screen:
         self._panels = (playback, explore, readout, joints, recognise, view)
 
     def _build_commands(self) -> None:
-        commands: tuple[tuple[str, str, do.Intent], ...] = (
-            ("Play or pause", "space", do.TogglePlaying()),
-            ("Undo", "Z", do.Undo()),
-            ("Redo", "Y", do.Redo()),
-            ("Random PB", "P", do.RandomiseLatent()),
-            ("New noise", "N", do.NewNoise()),
-            ("Back to the learned PB", "L", do.ResetLatent()),
-        )
-        for label, hotkey, intent in commands:
-            command = self._client.gui.add_command(label, hotkey=hotkey)
-            self._on_trigger(command, lambda intent=intent: self._send(intent))
-        view = self._client.gui.add_command("Reset the view", hotkey="R")
-        self._on_trigger(view, self.ask_for_home)
+        add = self._client.gui.add_command
+        send = self._send
+        for command, action in (
+            (add("Play or pause", hotkey="space"), partial(send, do.TogglePlaying())),
+            (add("Undo", hotkey="Z"), partial(send, do.Undo())),
+            (add("Redo", hotkey="Y"), partial(send, do.Redo())),
+            (add("Random PB", hotkey="P"), partial(send, do.RandomiseLatent())),
+            (add("New noise", hotkey="N"), partial(send, do.NewNoise())),
+            (add("Back to the learned PB", hotkey="L"), partial(send, do.ResetLatent())),
+            (add("Reset the view", hotkey="R"), self.ask_for_home),
+        ):
+            self._on_trigger(command, action)
 
     @staticmethod
     def _on_trigger(command: viser.CommandHandle, action: Callable[[], None]) -> None:

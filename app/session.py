@@ -76,7 +76,7 @@ class Session:
         self._keep(self.state)
 
     def wait_for(self, condition: Callable[[AppState], bool], timeout: float) -> bool:
-        """Wait until a state that fulfils the condition has been shown; for tests and screenshots."""
+        """Wait until a state that fulfils the condition was shown; for tests and screenshots."""
         with self._idle:
             return self._idle.wait_for(
                 lambda: self._screen is not None and condition(self.state), timeout
@@ -166,9 +166,10 @@ class Session:
 def _failure(
     work: do.GenerateWork | do.LandscapeWork | do.RecogniseWork, message: str
 ) -> do.Intent:
-    kind = {
-        do.GenerateWork: "motion",
-        do.LandscapeWork: "landscape",
-        do.RecogniseWork: "recognition",
-    }[type(work)]
-    return do.WorkFailed(kind, work.request, message)
+    match work:
+        case do.GenerateWork():
+            return do.WorkFailed("motion", work.request, message)
+        case do.LandscapeWork():
+            return do.WorkFailed("landscape", work.request, message)
+        case do.RecogniseWork():
+            return do.WorkFailed("recognition", work.request, message)

@@ -1,4 +1,4 @@
-"""Where things stand in the scene: robots on the floor, the boards beside them, the camera in front.
+"""Where things stand in the scene: robots on the floor, boards beside them, the camera before.
 
 World frame: z up, metres; robots face +x, towards the camera.
 """
@@ -24,7 +24,7 @@ MARGIN = 1.02  # around what must be seen
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """An upright rectangle: its centre, and unit vectors to its right and upwards as one sees it."""
+    """An upright rectangle: its centre, and unit vectors to the right and up as one sees it."""
 
     center: Vector
     right: Vector
@@ -34,14 +34,15 @@ class Place:
     @property
     def normal(self) -> Vector:
         """Towards the one who looks at it."""
-        return np.cross(self.right, self.up)
+        normal: Vector = np.cross(self.right, self.up)
+        return normal
 
     def at(self, x: float, y: float, ahead: float = 0.0) -> Vector:
         """World position of a point x right of and y above the centre, `ahead` of the surface."""
         return self.center + x * self.right + y * self.up + ahead * self.normal
 
     def hit(self, origin: Vector, through: Vector) -> tuple[float, float] | None:
-        """Where the ray from `origin` through a point meets the plane, right of and above the centre."""
+        """Where the ray from `origin` through a point meets the plane: metres right and above."""
         direction = through - origin
         slope = float(direction @ self.normal)
         if abs(slope) < 1e-9:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import math
 import zlib
 from dataclasses import replace
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 from ..core.errors import InputError
 from . import intents as do
 from .on_latent import MAX_MU, MAX_SIGMA
+from .on_view import MAX_SPEED, MIN_SPEED
 from .slices import drawable_axes
 from .state import AppState, Latent, ModelFacts, Playback
 from .transitions import Facts, Update, notify, opening_work, put_model, remember, stop_recognition
@@ -25,6 +27,7 @@ from .transitions import Facts, Update, notify, opening_work, put_model, remembe
 PREFIX = "rnnpb1-"
 MAX_CODE_LENGTH = 20_000
 MAX_TEXT_LENGTH = 100_000
+MAX_COUNT = 2**32 - 1
 
 
 def encode(facts: Facts, state: AppState) -> str:
@@ -79,6 +82,8 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
             state = put_model(state, index, model)
         playing, phase, speed, loop = content["playback"]
         active = int(content["active"])
+        if not 0 <= active < len(facts):
+            raise InputError("the state code is damaged")
         dim = facts[active].pb_dim
         landscape_axes = content["landscape_axes"]
         return replace(
@@ -86,8 +91,8 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
             active=active,
             playback=Playback(
                 bool(playing),
-                float(np.clip(float(phase), 0.0, 1.0)),
-                float(np.clip(float(speed), 0.1, 4.0)),
+                _number(phase, 0.0, 1.0),
+                _number(speed, MIN_SPEED, MAX_SPEED),
                 bool(loop),
             ),
             map_axes=_axes(content["map_axes"], dim),
@@ -99,10 +104,10 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
                 else "class"
             ),
             joint=content["joint"] if content["joint"] in facts[active].joints else "",
-            draws=max(0, int(content["draws"])),
-            seed=max(0, int(content["seed"])),
+            draws=int(_number(content["draws"], 0, MAX_COUNT)),
+            seed=int(_number(content["seed"], 0, MAX_COUNT)),
         )
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError("the state code is damaged") from error
@@ -114,7 +119,8 @@ def restore(facts: Facts, state: AppState, intent: do.RestoreCode) -> Update:
         restored = decode(facts, state, intent.code)
     except InputError as error:
         return notify(state, str(error)), ()
-    state, works = stop_recognition(remember(state, ""))
+    state, works = stop_recognition(state)
+    state = remember(state, "")
     restored = replace(
         restored, undo=state.undo, redo=state.redo, recognition=state.recognition, gesture=""
     )
@@ -139,13 +145,21 @@ def _unpack(code: str) -> dict[str, Any]:
 
 def _latent(facts: ModelFacts, saved: dict[str, Any]) -> Latent:
     if saved["name"] != facts.name or saved["motion"] not in facts.motions:
-        raise InputError(f"the state code is of {saved['name']!r}, here is {facts.name!r}")
+        name = str(saved["name"])[:40]
+        raise InputError(f"the state code is of another model, {name!r}; here is {facts.name!r}")
     return Latent(
         motion=facts.motions.index(saved["motion"]),
         mu=_vector(saved["mu"], facts.pb_dim, -MAX_MU, MAX_MU),
         sigma=_vector(saved["sigma"], facts.pb_dim, 0.0, MAX_SIGMA),
         epsilon=_vector(saved["epsilon"], facts.pb_dim, -10.0, 10.0),
     )
+
+
+def _number(value: float, low: float, high: float) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError("the state code is damaged")
+    return min(max(number, low), high)
 
 
 def _vector(values: list[float], dim: int, low: float, high: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 """The one way from a state to the next: which intent is handled by which pure function.
 
-An intent comes from a widget, a board, the clock or a worker. Its handler returns the next state and
-the work that this state wants; the session hands the work to the worker, whose results come back as
-intents.
+An intent comes from a widget, a board, the clock or a worker. Its handler returns the next state
+and the work that this state wants; the session hands the work to the worker, whose results come
+back as intents.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Long computations off the session's thread: latest wins, cancellable, and never lost without a word.
+"""Long computations off the session's thread: latest wins, cancellable, never lost in silence.
 
-A lane does one thing at a time. Work handed to a busy lane waits; newer work of the same key takes its
-place, and the one under way is told to stop where it is willing to. Everything that a computation
-yields is posted; its failure is posted, too.
+A lane does one thing at a time. Work handed to a busy lane waits; newer work of the same key takes
+its place, and the one under way is told to stop where it is willing to. Everything that a
+computation yields is posted; its failure is posted, too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The PB map in the scene: learned mu on two principal components, the puck, a recognition's path."""
+"""The PB map in the scene: learned mu on two principal components, puck, a recognition's path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A widget whose value belongs to the state: it shows what it is told and reports what a person does."""
+"""A widget whose value belongs to the state: it shows what it is told, and reports a person's hand."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ HELD_SECONDS = 0.4  # a person is taken to hold a widget this long after its las
 class Bound:
     """One value widget (slider, checkbox, dropdown, text).
 
-    While a person holds it, nothing is written to it: by the time a value has gone through the state,
-    the person's hand is elsewhere, and the widget would jump back.
+    While a person holds it, nothing is written to it: by the time a value has gone through the
+    state, the person's hand is elsewhere, and the widget would jump back.
 
     Args:
-        changed: gets the value that a person set; called on viser's event loop, so it only hands on.
+        changed: gets the value that a person set; on viser's event loop, so it only hands on.
     """
 
     def __init__(

@@ -118,7 +118,7 @@ def shown_joints(joints: tuple[str, ...], chosen: str, reference: NDArray[np.flo
         first = min(joints.index(chosen), max(len(joints) - len(COLORS), 0))
         shown = list(range(first, min(first + len(COLORS), len(joints))))
         return [joints.index(chosen), *(c for c in shown if c != joints.index(chosen))]
-    widest = np.argsort(-np.ptp(reference, axis=0), kind="stable")[:len(COLORS)]
+    widest = np.argsort(-np.ptp(reference, axis=0), kind="stable")[: len(COLORS)]
     return [int(column) for column in widest]
 
 
@@ -137,8 +137,8 @@ def curves(
         observed: frames to shade.
 
     Returns:
-        seconds, generated, target, cursor, top and bottom of the shade, each (S,), NaN where a curve
-        has nothing; low, high.
+        seconds, generated, target, cursor, the shade's top and bottom, each (S,), NaN where a
+        curve has nothing; low, high.
     """
     frames = max(len(generated), len(target))
     values = np.concatenate([generated, target])
@@ -157,6 +157,7 @@ def curves(
 
     cursor = np.full(len(seconds), np.nan)
     cursor[frame], cursor[frame + 1] = low, high
-    seen = seconds < observed / fps
-    top, bottom = np.where(seen, high, np.nan), np.where(seen, low, np.nan)
+    # A band that ends would end in a slope; one that goes on without height is not seen.
+    top = np.where(seconds < observed / fps, high, low)
+    bottom = np.full(len(seconds), low)
     return (seconds, spread(generated), spread(target), cursor, top, bottom), low, high

@@ -43,7 +43,9 @@ class PlaybackPanel:
         if playback.playing != self._playing:
             self._playing = playback.playing
             self._play.label = "Pause" if playback.playing else "Play"
-            self._play.icon = viser.Icon.PLAYER_PAUSE if playback.playing else viser.Icon.PLAYER_PLAY
+            self._play.icon = (
+                viser.Icon.PLAYER_PAUSE if playback.playing else viser.Icon.PLAYER_PLAY
+            )
         self._speed.show(playback.speed)
         self._loop.show(playback.loop)
         if motion is None:

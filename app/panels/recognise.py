@@ -1,4 +1,4 @@
-"""The Recognise panel: a motion comes in, and the belief (mu, sigma) travels until it explains it."""
+"""The Recognise panel: a motion comes in, and the belief (mu, sigma) travels to explain it."""
 
 from __future__ import annotations
 

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 import viser
 
 from .. import intents as do
-from ..state import AppState, ModelFacts
+from ..state import AppState, Colouring, ModelFacts, WindowKind
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
 
-WINDOWS = {"±1, as in the paper's Fig. 4": "absolute", "±0.7 sd of the learned μ": "sd"}
-COLOURINGS = {"behaviour class": "class", "valence": "valence", "arousal": "arousal"}
+WINDOWS: dict[str, WindowKind] = {
+    "±1, as in the paper's Fig. 4": "absolute",
+    "±0.7 sd of the learned μ": "sd",
+}
+COLOURINGS: dict[str, Colouring] = {
+    "behaviour class": "class",
+    "valence": "valence",
+    "arousal": "arousal",
+}
 PCA = "plane of the map"
 MAX_AXES = 8  # 28 pairs are enough to choose from
 
@@ -59,20 +66,20 @@ class ViewPanel:
             )
         on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
         with gui.add_folder("State code"):
-            self._text = gui.add_text("Code", "", multiline=False)
+            self._text = Bound(gui.add_text("Code", ""), lambda _: None)
             on_click(gui.add_button("Show the code of this screen"), self._show_code)
             on_click(
                 gui.add_button("Restore from the code"),
-                lambda: send(do.RestoreCode(self._text.value)),
+                lambda: send(do.RestoreCode(self._text.handle.value)),
             )
 
     def _show_code(self) -> None:
-        self._text.value = self._code()
+        self._text.handle.value = self._code()
 
     def show(self, state: AppState) -> None:
         facts = self._facts[state.active]
         dims = min(facts.pb_dim, MAX_AXES)
-        pairs = list(combinations(range(dims), 2)) or [(0,)]
+        pairs: list[tuple[int, ...]] = [*combinations(range(dims), 2)] or [(0,)]
         self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs])
         self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA])
         self._colouring.show(_key(COLOURINGS, state.colouring))
@@ -97,5 +104,5 @@ def parse_axes(label: str) -> tuple[int, ...]:
     return tuple(int(part.strip().lstrip("PCμ")) - 1 for part in label.split(","))
 
 
-def _key(labels: dict[str, str], value: str) -> str:
+def _key(labels: Mapping[str, str], value: str) -> str:
     return next(label for label, known in labels.items() if known == value)
