@@ -95,7 +95,8 @@ def camera_position(stage: Stage, aspect: float) -> Vector:
     """From where everything is in view in a window of this width to height."""
     height = max(stage.half_height, stage.half_width / max(aspect, 0.2))
     distance = MARGIN * height / math.tan(FOV / 2)
-    return stage.middle + np.array([distance, 0.0, 0.0])
+    position: Vector = stage.middle + np.array([distance, 0.0, 0.0])
+    return position
 
 
 def project(

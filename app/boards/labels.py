@@ -14,8 +14,8 @@ from .palette import AXIS, LABEL, PLOT, QUIET, TEXT, Color
 from .plot import Area
 from .raster import Canvas
 
-LABEL_SIZE = 28.0  # design pixels
-WIDEST = 340.0
+LABEL_SIZE = 31.0  # design pixels
+WIDEST = 370.0
 PUCK_RADIUS = 34.0  # design pixels around the puck, which others draw, that names keep free
 # strong: bold, and set in any case; quiet: pale, and only where it covers no mark
 Weight = Literal["strong", "plain", "quiet"]

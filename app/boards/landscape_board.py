@@ -25,6 +25,8 @@ from .palette import (
 )
 from .plot import (
     DESIGN_SIZE,
+    SMALL,
+    TICK,
     Area,
     Board,
     PlotFrame,
@@ -41,8 +43,8 @@ if TYPE_CHECKING:
     from ...core.landscape import Landscape
 
 NEAR_MAXIMUM = 0.9  # the outline and `area` mean the cells above this share of the maximum
-SIDE = 680.0  # design pixels of the plot area
-NUMBER_COLUMNS = (150.0, 366.0, 690.0)  # where the three numbers stand
+SIDE = 660.0  # design pixels of the plot area
+NUMBER_COLUMNS = (164.0, 390.0, 676.0)  # where the three numbers stand
 
 
 def draw_landscape(
@@ -99,7 +101,7 @@ def landscape_frame(landscape: Landscape, size: int = DESIGN_SIZE) -> PlotFrame:
     # Whole pixels a cell, where they fit, keep all cells alike.
     width = columns * (side // columns) if columns <= side else side
     height = rows * (side // rows) if rows <= side else side
-    left, top = round(150 * scale), round(226 * scale)
+    left, top = round(164 * scale), round(242 * scale)
     area = Area(left, top, left + width, top + height, size)
     y_range = (-1.0, 1.0) if rows == 1 else _cell_range(landscape.y)
     return area.frame(_cell_range(landscape.x), y_range)
@@ -130,19 +132,19 @@ def _static(
     k = area.scaled
     draw_axes(canvas, area, frame, x_label=x_label, y_label=y_label, grid=flat)
     subtitle = " · ".join(part for part in (f"window {window}" if window else "", note) if part)
-    draw_header(canvas, area, title, subtitle, rooms=(740.0, 930.0))
+    draw_header(canvas, area, title, subtitle, rooms=(720.0, 930.0))
     _draw_color_bar(canvas, area)
     mean, near, rough = (k(x) for x in NUMBER_COLUMNS)
-    canvas.text(mean, k(203), "mean", k(27), MUTED)
-    canvas.text(near, k(203), "area > 0.9 max", k(27), MUTED)
-    canvas.text(rough, k(203), "roughness", k(27), MUTED)
+    canvas.text(mean, k(222), "mean", k(SMALL), MUTED)
+    canvas.text(near, k(222), "area > 0.9 max", k(SMALL), MUTED)
+    canvas.text(rough, k(222), "roughness", k(SMALL), MUTED)
     return canvas.image
 
 
 def _draw_color_bar(canvas: Canvas, area: Area) -> None:
     """Correlation from -1 to 1, right of the plot area."""
     k = area.scaled
-    left, right, line = area.right + k(38), area.right + k(70), k(2)
+    left, right, line = area.right + k(36), area.right + k(68), k(2)
     height = area.bottom - area.top
     entries = np.linspace(len(CORRELATION) - 1, 0, height).round().astype(np.intp)
     canvas.rectangle(left - line, area.top - line, right + line, area.bottom + line, AXIS)
@@ -150,7 +152,7 @@ def _draw_color_bar(canvas: Canvas, area: Area) -> None:
     for value, label in ((1.0, "1"), (0.5, "0.5"), (0.0, "0"), (-0.5, "−0.5"), (-1.0, "−1")):
         y = area.top + (1 - value) / 2 * height
         canvas.rectangle(right + line, y - line / 2, right + k(9), y + line / 2, AXIS)
-        canvas.text(right + k(16), y + k(10), label, k(29), MUTED)
+        canvas.text(right + k(16), y + k(12), label, k(TICK), MUTED)
 
 
 def _draw_numbers(canvas: Canvas, area: Area, landscape: Landscape) -> None:
@@ -163,12 +165,12 @@ def _draw_numbers(canvas: Canvas, area: Area, landscape: Landscape) -> None:
         _number(landscape.roughness, ".3f"),
     )
     for x, number in zip(NUMBER_COLUMNS, numbers, strict=True):
-        canvas.text(k(x), k(170), number, k(40), color, bold=True)
-    _draw_key(canvas, area, k(NUMBER_COLUMNS[1]) - k(40), k(142), k(28))
+        canvas.text(k(x), k(185), number, k(45), color, bold=True)
+    _draw_key(canvas, area, k(NUMBER_COLUMNS[1]) - k(44), k(153), k(32))
     state, ink, fill = "complete", DONE, DONE_FILL
     if not landscape.complete:
         state, ink, fill = "coarse …", BUSY, BUSY_FILL
-    draw_chip(canvas, area, state, ink, fill, right=area.size - k(44), middle=k(62))
+    draw_chip(canvas, area, state, ink, fill, right=area.size - k(44), middle=k(65))
 
 
 def _draw_key(canvas: Canvas, area: Area, left: int, top: int, side: int) -> None:
@@ -201,7 +203,7 @@ def _outline_best(
     """A line around the cells that `area` counts, each `wide` x `high` pixels."""
     known = np.where(np.isfinite(upward), upward, -np.inf)
     inside = known > NEAR_MAXIMUM * known.max()
-    line = area.scaled(4)
+    line = area.scaled(5)
     half = line // 2
     for row, column in np.argwhere(inside[:, 1:] != inside[:, :-1]).tolist():
         x, y = area.left + (column + 1) * wide - half, area.top + row * high - half

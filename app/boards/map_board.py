@@ -26,6 +26,7 @@ from .palette import (
 )
 from .plot import (
     DESIGN_SIZE,
+    SMALL,
     Area,
     Board,
     PlotFrame,
@@ -74,7 +75,7 @@ def map_frame(
         one_dimensional: there is no second axis.
     """
     scale = size / DESIGN_SIZE
-    left, top, right, bottom = (round(edge * scale) for edge in (122, 146, 984, 900))
+    left, top, right, bottom = (round(edge * scale) for edge in (132, 158, 984, 888))
     area = Area(left, top, right, bottom, size)
     every = as_points(points)
     if include is not None:
@@ -144,7 +145,7 @@ def draw_map(
     area = area_of(frame, size)
     apart = np.zeros(len(xy)) if off_plane is None else np.asarray(off_plane, dtype=np.float64)
     chosen = selected if selected is not None and 0 <= selected < len(xy) else None
-    radius = (7.0 + 7.0 * nearness(apart)) * area.scale
+    radius = (8.0 + 8.0 * nearness(apart)) * area.scale
     pixels = frame.to_pixels(xy, size)
     placed: list[Placed] = []
     if len(names) == len(xy):
@@ -192,7 +193,7 @@ def _static(
     if y_label is None:
         y, half = float(frame.to_pixels([0.0, 0.0], size)[1]), area.scaled(4) / 2
         canvas.rectangle(area.left, y - half, area.right, y + half, AXIS)
-    draw_header(canvas, area, title, subtitle, rooms=(470.0, 560.0 if fades else 930.0))
+    draw_header(canvas, area, title, subtitle, rooms=(400.0, 500.0 if fades else 930.0))
     _draw_legend(canvas, area, legend, fades)
     return canvas.image
 
@@ -200,20 +201,20 @@ def _static(
 def _draw_legend(canvas: Canvas, area: Area, legend: Legend, fades: bool) -> None:
     """Top right: what colour means, and what faint means."""
     k = area.scaled
-    right, text = area.right, k(26)
+    right, text = area.right, k(SMALL)
     if legend.scale is not None:
-        width, top, bottom = k(140), k(50), k(74)
+        width, top, bottom = k(120), k(50), k(78)
         left = right - round(text_width(legend.high, text)) - k(12) - width
         entries = np.linspace(0, len(legend.table) - 1, width).round().astype(np.intp)
         canvas.cells(left, top, left + width, bottom, legend.table[entries][None])
-        canvas.text(right, k(72), legend.high, text, MUTED, anchor="right")
-        canvas.text(left - k(12), k(72), legend.low, text, MUTED, anchor="right")
+        canvas.text(right, k(76), legend.high, text, MUTED, anchor="right")
+        canvas.text(left - k(12), k(76), legend.low, text, MUTED, anchor="right")
         start = left - k(34) - round(text_width(legend.low, text))
-        canvas.text(start, k(72), legend.caption, text, MUTED, bold=True, anchor="right")
+        canvas.text(start, k(76), legend.caption, text, MUTED, bold=True, anchor="right")
     else:
-        canvas.text(right, k(72), legend.caption, text, MUTED, anchor="right")
+        canvas.text(right, k(76), legend.caption, text, MUTED, anchor="right")
     if fades:
-        canvas.text(right, k(114), "faint: far from this slice", text, MUTED, anchor="right")
+        canvas.text(right, k(124), "faint: far from this slice", text, MUTED, anchor="right")
 
 
 def nearness(off_plane: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -286,8 +287,8 @@ def _draw_selected(
     canvas: Canvas, area: Area, at: NDArray[np.float64], style: PointStyle, index: int
 ) -> None:
     scale = area.scale
-    canvas.markers(at, 16.5 * scale, PLOT, edge=SELECTED, edge_width=4.5 * scale)
-    canvas.markers(at, 12 * scale, style.rgb[index], shapes=style.shapes[index])
+    canvas.markers(at, 18 * scale, PLOT, edge=SELECTED, edge_width=5.5 * scale)
+    canvas.markers(at, 13 * scale, style.rgb[index], shapes=style.shapes[index])
 
 
 def _draw_warning(canvas: Canvas, area: Area, extrapolation: float) -> None:
@@ -295,6 +296,6 @@ def _draw_warning(canvas: Canvas, area: Area, extrapolation: float) -> None:
     k = area.scaled
     draw_border(canvas, area, WARNING, k(5))
     times = f" ×{extrapolation:.1f}" if extrapolation < 99.95 else ""
-    right, middle = area.right, area.bottom + k(72)
+    right, middle = area.right, area.bottom + k(78)
     text = "extrapolating" + times
     draw_chip(canvas, area, text, WARNING, WARNING_FILL, right=right, middle=middle)

@@ -40,7 +40,7 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
     last = len(mu) - 1
     now = last if path.current is None else min(max(path.current, 0), last)
     scale = area.scale
-    width = max(1.5, 3.0 * scale)
+    width = max(1.5, 4.0 * scale)
     if now < last:  # what is still to come, for the hand on the scrubber
         canvas.line(mu[now:], PATH, width * 0.8, alpha=0.25)
     done = mu[: now + 1]
@@ -51,7 +51,7 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
     canvas.markers(done, radius[: now + 1], PATH, alpha=fading)
     if path.pb is not None and len(path.pb):
         pb = frame.to_pixels(as_points(path.pb), area.size)[: now + 1]
-        reach = max(4.0, 9.5 * scale)
+        reach = max(4.0, 11 * scale)
         canvas.markers(
             pb,
             reach,
@@ -59,11 +59,11 @@ def draw_path(canvas: Canvas, area: Area, frame: PlotFrame, path: RecognitionPat
             shapes="cross",
             alpha=0.9,
             edge=PLOT,
-            edge_width=1.5 * scale,
+            edge_width=2 * scale,
             edge_alpha=0.6,
         )
-    dot = max(2.0, 3.6 * scale)
-    canvas.line(done, PLOT, width + 4 * scale, alpha=0.55)
+    dot = max(2.0, 4.5 * scale)
+    canvas.line(done, PLOT, width + 5 * scale, alpha=0.55)
     canvas.line(done, PATH_STRONG, width, dots=dot)
     _draw_ends(canvas, mu, now, float(radius[now]), scale)
 
@@ -126,7 +126,7 @@ def draw_ellipse(
         SELECTED,
         scales=(1.0, 2.0),
         fill=0.06,
-        width=max(1.2, 2.6 * area.scale),
+        width=max(1.2, 3.2 * area.scale),
     )
 
 
@@ -140,4 +140,4 @@ def draw_bell(canvas: Canvas, area: Area, frame: PlotFrame, center: float, varia
     curve = np.stack([center + sigma * steps, 0.55 * np.exp(-0.5 * steps**2)], axis=1)
     pixels = frame.to_pixels(curve, area.size)
     canvas.polygon(pixels, SELECTED, alpha=0.10)
-    canvas.line(pixels, SELECTED, max(1.2, 2.6 * area.scale))
+    canvas.line(pixels, SELECTED, max(1.2, 3.2 * area.scale))

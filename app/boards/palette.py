@@ -28,10 +28,10 @@ FRAME: Color = (74, 80, 88)
 AXIS: Color = (120, 128, 138)
 GRID: Color = (233, 236, 240)
 ZERO_LINE: Color = (206, 211, 218)
-TEXT: Color = (31, 38, 48)
-QUIET: Color = (128, 136, 148)
-LABEL: Color = (66, 75, 88)
-MUTED: Color = (91, 101, 115)
+TEXT: Color = (20, 26, 36)
+QUIET: Color = (108, 116, 129)
+LABEL: Color = (44, 52, 64)
+MUTED: Color = (72, 81, 94)
 UNKNOWN: Color = (173, 179, 187)  # a motion without a rating, a cell without a correlation
 
 PATH: Color = (204, 51, 85)  # mu over the iterations, as in Figs. 5 and 6

@@ -15,7 +15,9 @@ from .palette import AXIS, BOARD, FRAME, GRID, MUTED, PLOT, TEXT, ZERO_LINE, Col
 from .raster import Canvas
 
 Range = tuple[float, float]
-DESIGN_SIZE = 1024  # pixels; every length below is given for a board of this size
+DESIGN_SIZE = 1024  # pixels; every length is given for a board of this size
+# Sizes of type. A board takes some 320 pixels of a 1280x720 screen, so these become 10 to 14.
+SMALL, TICK, AXIS_LABEL = 31.0, 33.0, 38.0
 
 
 def as_points(values: ArrayLike) -> NDArray[np.float64]:
@@ -167,9 +169,9 @@ def draw_header(
 ) -> None:
     """Title and a line below it, each in at most its room, in design pixels."""
     k = area.scaled
-    title = shorten(title, k(41), k(rooms[0]), bold=True)
-    canvas.text(k(48), k(72), title, k(41), TEXT, bold=True)
-    canvas.text(k(48), k(114), shorten(subtitle, k(28), k(rooms[1])), k(28), MUTED)
+    title = shorten(title, k(46), k(rooms[0]), bold=True)
+    canvas.text(k(44), k(76), title, k(46), TEXT, bold=True)
+    canvas.text(k(44), k(124), shorten(subtitle, k(SMALL), k(rooms[1])), k(SMALL), MUTED)
 
 
 def draw_chip(
@@ -177,10 +179,10 @@ def draw_chip(
 ) -> None:
     """A word on a coloured lozenge: a state or a warning."""
     k = area.scaled
-    size, pad, half = k(27), k(18), k(24)
+    size, pad, half = k(SMALL), k(20), k(27)
     left = right - text_width(text, size, bold=True) - 2 * pad
     canvas.rounded(left, middle - half, right, middle + half, half, fill)
-    canvas.text(left + pad, middle + k(10), text, size, ink, bold=True)
+    canvas.text(left + pad, middle + k(11), text, size, ink, bold=True)
 
 
 def draw_axes(
@@ -196,8 +198,8 @@ def draw_axes(
     k = area.scaled
     if grid:
         canvas.rectangle(area.left, area.top, area.right, area.bottom, PLOT)
-    text, gap, tick = k(29), k(11), k(8)
-    baseline = area.bottom + tick + gap + k(22)
+    text, gap, tick = k(TICK), k(11), k(8)
+    baseline = area.bottom + tick + gap + k(25)
     line = k(2)
     for value, label in nice_ticks(*frame.x_range, most=6):
         x = frame.to_pixels([value, 0.0], area.size)[0] - line / 2
@@ -206,9 +208,9 @@ def draw_axes(
             canvas.rectangle(x, area.top, x + line, area.bottom, color)
         canvas.rectangle(x, area.bottom, x + line, area.bottom + tick, AXIS)
         canvas.text(x, baseline, label, text, MUTED, anchor="middle")
-    label = shorten(x_label, k(34), area.right - area.left, bold=True)
+    label = shorten(x_label, k(AXIS_LABEL), area.right - area.left, bold=True)
     middle = (area.left + area.right) / 2
-    canvas.text(middle, baseline + k(42), label, k(34), TEXT, bold=True, anchor="middle")
+    canvas.text(middle, baseline + k(45), label, k(AXIS_LABEL), TEXT, bold=True, anchor="middle")
     if y_label is not None:
         _draw_y_axis(canvas, area, frame, y_label, grid=grid)
     draw_border(canvas, area, AXIS, -line)
@@ -216,7 +218,7 @@ def draw_axes(
 
 def _draw_y_axis(canvas: Canvas, area: Area, frame: PlotFrame, y_label: str, *, grid: bool) -> None:
     k = area.scaled
-    text, tick, line = k(29), k(8), k(2)
+    text, tick, line = k(TICK), k(8), k(2)
     widest = 0.0
     for value, label in nice_ticks(*frame.y_range, most=6):
         y = frame.to_pixels([0.0, value], area.size)[1] - line / 2
@@ -224,12 +226,12 @@ def _draw_y_axis(canvas: Canvas, area: Area, frame: PlotFrame, y_label: str, *, 
             color = ZERO_LINE if value == 0 else GRID
             canvas.rectangle(area.left, y, area.right, y + line, color)
         canvas.rectangle(area.left - tick, y, area.left, y + line, AXIS)
-        canvas.text(area.left - tick - k(8), y + k(10), label, text, MUTED, anchor="right")
+        canvas.text(area.left - tick - k(8), y + k(12), label, text, MUTED, anchor="right")
         widest = max(widest, text_width(label, text))
-    name = shorten(y_label, k(34), area.bottom - area.top, bold=True)
+    name = shorten(y_label, k(AXIS_LABEL), area.bottom - area.top, bold=True)
     middle = (area.top + area.bottom) / 2
     x = max(k(44), area.left - tick - k(8) - widest - k(18))
-    canvas.text(x, middle, name, k(34), TEXT, bold=True, anchor="middle", upward=True)
+    canvas.text(x, middle, name, k(AXIS_LABEL), TEXT, bold=True, anchor="middle", upward=True)
 
 
 def draw_border(canvas: Canvas, area: Area, color: Color, width: int) -> None:

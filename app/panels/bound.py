@@ -1,4 +1,4 @@
-"""A widget whose value belongs to the state: it shows what it is told, and reports a person's hand."""
+"""A widget whose value belongs to the state: it shows what it is told, and reports a hand on it."""
 
 from __future__ import annotations
 
