@@ -58,7 +58,7 @@ def load_shapes(
             pose = offset if visual.origin is None else offset @ visual.origin
             color = _urdf_color(visual, materials)
             for piece in pieces:
-                mesh = piece.copy(include_cache=True)
+                mesh = _copy(piece)
                 mesh.apply_transform(pose)
                 if color is not None and not isinstance(mesh.visual, TextureVisuals):
                     mesh.visual = TextureVisuals(material=color)
@@ -92,7 +92,7 @@ def _pieces(
     scale = np.eye(4)
     if geometry.mesh.scale is not None:
         scale[[0, 1, 2], [0, 1, 2]] = geometry.mesh.scale
-    return [mesh.copy(include_cache=True).apply_transform(scale) for mesh in cache[name]]
+    return [_copy(mesh).apply_transform(scale) for mesh in cache[name]]
 
 
 def _load(file: Path) -> Iterator[trimesh.Trimesh]:
@@ -104,7 +104,15 @@ def _load(file: Path) -> Iterator[trimesh.Trimesh]:
         transform, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            yield _with_normals(mesh).copy(include_cache=True).apply_transform(transform)
+            yield _copy(_with_normals(mesh)).apply_transform(transform)
+
+
+def _copy(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """With normals and vertex colours, which trimesh's own copy leaves out."""
+    copy = mesh.copy(include_cache=True)
+    if isinstance(mesh.visual, TextureVisuals) and "color" in mesh.visual.vertex_attributes:
+        copy.visual.vertex_attributes["color"] = mesh.visual.vertex_attributes["color"]
+    return copy
 
 
 def _with_normals(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -164,7 +172,7 @@ def to_glb(shapes: list[Shape], tint: Rgb | None = None, opacity: float | None =
     """
     scene = trimesh.Scene()
     for shape in shapes:
-        mesh = shape.mesh.copy(include_cache=True)
+        mesh = _copy(shape.mesh)
         mesh.visual = _visual(mesh, tint, opacity)
         scene.add_geometry(mesh)
     buffer = io.BytesIO()

@@ -49,7 +49,12 @@ class RobotView:
             )
         for index, glb in _glbs(robot, tint, opacity).items():
             parent = root if index < 0 else names[index]
-            scene.add_glb(f"{parent}/shape", glb, cast_shadow=opacity is None)
+            scene.add_glb(
+                f"{parent}/shape",
+                glb,
+                cast_shadow=opacity is None,
+                receive_shadow=False,  # shadow maps speckle curved shells
+            )
 
     def show(self, poses: JointPoses, frame: int) -> None:
         """Move to one frame of a motion; only what changed since the last is sent."""
@@ -86,10 +91,41 @@ def _glbs(robot: Robot, tint: Rgb | None, opacity: float | None) -> dict[int, by
     }
 
 
+BACKDROP = (214, 219, 226)
+
+
 def setup_stage(scene: viser.SceneApi) -> None:
-    """Floor and lights."""
-    scene.configure_default_lights(cast_shadow=True)
+    """A floor and soft studio light: white shells keep their shape, the floor gets one shadow."""
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map("studio", environment_intensity=0.15)
+    scene.set_background_image(np.full((2, 2, 3), BACKDROP, dtype=np.uint8), format="png")
+    scene.configure_fog(near=5.0, far=13.0, color=BACKDROP)
+    scene.add_light_hemisphere(
+        "/stage/sky", sky_color=(255, 255, 255), ground_color=(165, 170, 182), intensity=0.85
+    )
+    scene.add_light_spot(
+        "/stage/key",
+        position=(3.2, 2.2, 4.5),
+        direction=(-3.2, -2.2, -3.9),
+        angle=0.55,
+        penumbra=1.0,
+        decay=0.0,
+        intensity=2.1,
+        cast_shadow=True,
+    )
+    scene.add_light_spot(
+        "/stage/rim",
+        position=(-3.0, -2.5, 2.5),
+        direction=(3.0, 2.5, -1.8),
+        angle=0.6,
+        penumbra=1.0,
+        decay=0.0,
+        intensity=0.8,
+    )
     scene.add_box(
-        "/stage/floor", color=(235, 235, 238), dimensions=(8.0, 8.0, 0.02),
-        position=(0.0, 0.0, -0.01), cast_shadow=False,
-    )  # fmt: skip
+        "/stage/floor",
+        color=(206, 212, 220),
+        dimensions=(40.0, 40.0, 0.02),
+        position=(0.0, 0.0, -0.01),
+        cast_shadow=False,
+    )

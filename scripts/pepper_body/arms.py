@@ -16,7 +16,7 @@ GAP = 0.0015
 def shoulder() -> list[Surface]:
     """The ball that the torso's socket holds; turns about y."""
     profile = [(0.001, -0.042), (0.026, -0.042), (0.034, -0.036), (0.0385, -0.022), (0.040, 0.0), (0.036, 0.02), (0.02, 0.034), (0.001, 0.036)]
-    return [surface(lathe(profile, rings=24), "grey").moved(ALONG["y"])]
+    return [surface(lathe(profile, rings=14, sides=32), "grey").moved(ALONG["y"])]
 
 
 def upper_arm() -> list[Surface]:
@@ -35,9 +35,9 @@ def upper_arm() -> list[Surface]:
         (0.158, 0.0305, 0.0305, 0.0315, 0.015),
         (0.160, 0.0250, 0.0250, 0.0250, 0.015),
     ]
-    solid = body(stations, rings=40, sides=40).apply_transform(ALONG["x"])
-    ball = sphere(BALL + GAP, (ELBOW, ELBOW_SIDE, 0), 4)
-    inner = sphere(0.0425, (0, 0, 0), 4)
+    solid = body(stations, rings=26, sides=36).apply_transform(ALONG["x"])
+    ball = sphere(BALL + GAP, (ELBOW, ELBOW_SIDE, 0), 3)
+    inner = sphere(0.0425, (0, 0, 0), 3)
     # the cap is open towards the torso, where the shoulder's ball comes in
     mouth = cylinder("y", 0.041, 0.03, (0, -0.052, 0))
     _ = inner
@@ -47,7 +47,7 @@ def upper_arm() -> list[Surface]:
 
 def elbow() -> list[Surface]:
     ring = lathe([(0.001, -0.034), (0.026, -0.034), (0.0285, -0.028), (0.0285, -0.02), (0.001, -0.018)], sides=40)
-    return [surface(sphere(BALL, detail=4), "grey"), surface(ring.apply_transform(ALONG["x"]), "grey", crease=40)]
+    return [surface(sphere(BALL, detail=3), "grey"), surface(ring.apply_transform(ALONG["x"]), "grey", crease=40)]
 
 
 def forearm() -> list[Surface]:
@@ -61,8 +61,8 @@ def forearm() -> list[Surface]:
         (0.0845, 0.0305, 0.0305, 0.0305, 0.0),
         (0.0855, 0.0270, 0.0270, 0.0270, 0.0),
     ]
-    solid = body(stations, rings=28, sides=40).apply_transform(ALONG["x"])
-    ball = sphere(BALL + GAP, detail=4)
+    solid = body(stations, rings=18, sides=36).apply_transform(ALONG["x"])
+    ball = sphere(BALL + GAP, detail=3)
     # cut slantwise: the elbow bends towards -y
     slant = cylinder("x", 0.08, 0.05).apply_transform(turned("z", -38, (0.014, 0, 0)))
     slant.apply_translation(-0.05 * np.array([np.cos(np.radians(38)), -np.sin(np.radians(38)), 0]))
@@ -86,8 +86,8 @@ def hand() -> list[Surface]:
         (0.088, 0.0300, 0.0300, 0.0070, 0.002),
         (0.090, 0.0200, 0.0200, 0.0030, 0.002),
     ]
-    palm = body(stations, rings=40, sides=40, power=2.2).apply_transform(ALONG["x"])
-    thumb = sphere(0.0165, (0.042, -0.027, -0.012), 3)
+    palm = body(stations, rings=26, sides=32, power=2.2).apply_transform(ALONG["x"])
+    thumb = sphere(0.0165, (0.042, -0.027, -0.012), 2)
     thumb.apply_scale((1, 1, 1))
     shell = surface(palm, "white", crease=40)
     return [surface(cuff, "grey"), *shell.painted(lambda p: np.where(p[:, 0] > 0.012, p[:, 2] + 0.009, 1.0), "light"), surface(thumb, "white")]
@@ -107,5 +107,5 @@ def phalanx(thumb: bool, last: bool) -> list[Surface]:
         (end - 0.0016, r * 0.5 if last else r * 0.8, r * 0.5 if last else r * 0.8, r * 0.52 if last else r * 0.84, 0.0),
         (end, tip, tip, tip, 0.0),
     ]
-    piece = body(stations, rings=12, sides=14).apply_transform(ALONG["x"])
+    piece = body(stations, rings=8, sides=10).apply_transform(ALONG["x"])
     return [surface(piece, "light"), surface(sphere(0.0066, detail=1), "grey")]

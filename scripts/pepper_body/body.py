@@ -19,18 +19,17 @@ class Paint:
     """sRGB colour and glTF roughness."""
 
     rgb: tuple[int, int, int]
-    finish: str = "satin"
+    roughness: float = 0.5
 
 
-ROUGHNESS = {"satin": 0.55, "gloss": 0.12}
 PALETTE = {
-    "white": Paint((236, 237, 239)),
+    "white": Paint((240, 241, 243), 0.42),
     "light": Paint((196, 200, 206)),
     "grey": Paint((122, 127, 135)),
     "dark": Paint((52, 55, 62)),
-    "screen": Paint((26, 30, 42), "gloss"),
-    "eye": Paint((14, 15, 20), "gloss"),
-    "glint": Paint((255, 255, 255), "gloss"),
+    "screen": Paint((30, 36, 52), 0.15),
+    "eye": Paint((16, 17, 24), 0.1),
+    "glint": Paint((255, 255, 255), 0.1),
     "led": Paint((190, 225, 255)),
 }
 
@@ -76,10 +75,10 @@ def uses() -> list[tuple[str, str, bool]]:
 
 
 def to_glb(surfaces: list[Surface]) -> bytes:
-    """One piece for each finish, coloured by vertex."""
+    """One piece for each colour."""
     scene = trimesh.Scene()
-    for finish, roughness in ROUGHNESS.items():
-        chosen = [s for s in surfaces if PALETTE[s.color].finish == finish]
+    for color, paint in PALETTE.items():
+        chosen = [s for s in surfaces if s.color == color]
         if not chosen:
             continue
         offsets = np.cumsum([0, *(len(s.vertices) for s in chosen[:-1])])
@@ -90,22 +89,20 @@ def to_glb(surfaces: list[Surface]) -> bytes:
             process=False,
         )
         material = PBRMaterial(
-            name=finish, baseColorFactor=[255, 255, 255, 255], metallicFactor=0.0,
-            roughnessFactor=roughness,
-        )  # fmt: skip
-        visual = TextureVisuals(material=material)
-        visual.vertex_attributes["color"] = np.concatenate(
-            [np.tile([*_linear(PALETTE[s.color].rgb), 255], (len(s.vertices), 1)) for s in chosen]
-        ).astype(np.uint8)
-        mesh.visual = visual
-        scene.add_geometry(mesh, node_name=finish, geom_name=finish)
+            name=color,
+            baseColorFactor=[*_linear(paint.rgb), 255],
+            metallicFactor=0.0,
+            roughnessFactor=paint.roughness,
+        )
+        mesh.visual = TextureVisuals(material=material)
+        scene.add_geometry(mesh, node_name=color, geom_name=color)
     content = scene.export(file_type="glb", include_normals=True)
     assert isinstance(content, bytes)
     return content
 
 
 def _linear(rgb: tuple[int, int, int]) -> list[int]:
-    """glTF's vertex colours are linear, the palette is sRGB."""
+    """glTF's colours are linear, the palette is sRGB."""
     srgb = np.array(rgb) / 255
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     return [int(v) for v in np.round(linear * 255)]

@@ -15,7 +15,7 @@ LEDS = 8
 
 def neck() -> list[Surface]:
     profile = [(0.001, -0.036), (0.030, -0.034), (0.030, -0.010), (0.032, 0.006), (0.033, 0.018), (0.026, 0.034), (0.001, 0.040)]
-    return [surface(lathe(profile, rings=20), "grey")]
+    return [surface(lathe(profile, rings=12, sides=36), "grey")]
 
 
 def head() -> list[Surface]:
@@ -35,8 +35,8 @@ def head() -> list[Surface]:
         (0.2155, 0.030, 0.030, 0.028, 0.001),
         (0.2190, 0.004, 0.004, 0.004, 0.001),
     ]
-    solid = body(stations, rings=44, sides=64, power=2.15)
-    holes = [sphere(0.027, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 4) for side in (1, -1)]
+    solid = body(stations, rings=32, sides=56, power=2.15)
+    holes = [sphere(0.027, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3) for side in (1, -1)]
     shell = surface(cut(solid, *holes), "white", crease=30)
     parts: list[Surface] = []
     for part in shell.painted(_cap, "light"):
@@ -48,20 +48,20 @@ def head() -> list[Surface]:
 
 
 def _cap(p: Array) -> Array:
-    """Negative on the panel over the top and the back of the head."""
-    line = 0.205 - 0.9 * np.clip(p[:, 0] + 0.02, 0, 1) ** 1.1
-    front = p[:, 2] - (0.186 - 0.25 * np.abs(p[:, 1]) + 0.10 * (p[:, 0] - 0.04))
-    back = np.abs(p[:, 1]) - (0.066 - 0.25 * np.clip(0.12 - p[:, 2], 0, 1))
-    behind = np.where(p[:, 0] < 0.03, back, 1.0)
-    _ = line
-    return np.maximum(behind, 0.055 - p[:, 2]) if True else front
+    """Negative on the panel that runs over the top and down the back of the head."""
+    x, y, z = p[:, 0], np.abs(p[:, 1]), p[:, 2]
+    width = 0.066 - 0.35 * np.clip(x + 0.01, 0, 0.3) - 0.25 * np.clip(0.11 - z, 0, 1)
+    sides = y - width
+    front = x - 0.055
+    bottom = 0.060 - z
+    return np.maximum(np.maximum(sides, front), bottom)
 
 
 def _eye_place(side: int) -> Array:
     """(4, 4): x out of the eye, z up."""
-    turn = trimesh.transformations.euler_matrix(0, np.radians(-EYE_TILT), np.radians(side * EYE_TURN), "rxyz")
-    matrix = np.asarray(trimesh.transformations.euler_matrix(0, 0, np.radians(side * EYE_TURN)) @ trimesh.transformations.euler_matrix(0, np.radians(-EYE_TILT), 0))
-    _ = turn
+    turn = trimesh.transformations.rotation_matrix(np.radians(side * EYE_TURN), (0, 0, 1))
+    tilt = trimesh.transformations.rotation_matrix(np.radians(-EYE_TILT), (0, 1, 0))
+    matrix = np.asarray(turn @ tilt)
     matrix[:3, 3] = EYE * (1, side, 1)
     return matrix
 
@@ -79,9 +79,9 @@ def _eye_hole(p: Array) -> Array:
 def eye(side: int) -> list[Surface]:
     """A glossy black eyeball with a small light in it; the LED ring is a link of its own."""
     place = _eye_place(side)
-    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=24)
-    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=48)
-    glint = sphere(0.0032, (0.0045, side * -0.0055 * 0 + 0.0055, 0.0065), 2)
+    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=10, sides=28)
+    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=40)
+    glint = sphere(0.0032, (0.0045, side * -0.0055 * 0 + 0.0055, 0.0065), 1)
     out = []
     for mesh, color in ((ball, "eye"), (rim, "white")):
         out.append(surface(mesh.apply_transform(ALONG["x"]), color).moved(place))
@@ -92,7 +92,7 @@ def eye(side: int) -> list[Surface]:
 
 
 def eye_led_place(side: int, index: int) -> Array:
-    """(4, 4) of a segment of the ring: LED 0 is the first from the top towards the nose."""
+    """(4, 3) of a segment of the ring: LED 0 is the first from the top towards the nose."""
     angle = np.radians(360 / LEDS * (index + 0.5))
     roll = trimesh.transformations.rotation_matrix(side * angle, (1, 0, 0))
     return np.asarray(_eye_place(side) @ roll)
@@ -109,7 +109,7 @@ def eye_led() -> list[Surface]:
 
 def ear() -> list[Surface]:
     """The speaker of the left ear: a ring, and grooves around a hub."""
-    ring = lathe([(0.028, -0.010), (0.0375, -0.010), (0.0385, 0.004), (0.0365, 0.0085), (0.0330, 0.0095), (0.0305, 0.0075), (0.0300, 0.002), (0.028, 0.0)], sides=56)
+    ring = lathe([(0.028, -0.010), (0.0375, -0.010), (0.0385, 0.004), (0.0365, 0.0085), (0.0330, 0.0095), (0.0305, 0.0075), (0.0300, 0.002), (0.028, 0.0)], sides=40)
     dish = [(0.0305, -0.004), (0.0305, 0.0035)]
     for r in (0.027, 0.0215, 0.016):
         dish += [(r + 0.0018, 0.0035), (r + 0.0009, 0.0015), (r - 0.0009, 0.0015), (r - 0.0018, 0.0035)]
@@ -118,16 +118,20 @@ def ear() -> list[Surface]:
     place[:3, 3] = (-0.006, 0.0965, 0.116)
     return [
         surface(ring, "white", crease=35).moved(place),
-        surface(lathe(dish, sides=56), "grey", crease=35).moved(place),
+        surface(lathe(dish, sides=40), "grey", crease=35).moved(place),
     ]
 
 
 def mouth() -> list[Surface]:
-    lips = lathe([(0.0001, -0.006), (0.0125, -0.006), (0.0125, 0.0006), (0.0112, 0.0014), (0.0098, 0.0004), (0.0001, 0.0)], sides=40)
-    lips.apply_transform(ALONG["x"]).apply_scale((1, 1, 0.48))
-    place = np.asarray(trimesh.transformations.rotation_matrix(np.radians(31), (0, 1, 0)))
-    place[:3, 3] = (0.0975, 0, 0.051)
-    return [surface(lips, "dark", crease=35).moved(place)]
+    """A small smiling slit."""
+    t = np.linspace(-1, 1, 15)
+    bend = np.column_stack([0.0978 - 0.006 * t**2, 0.013 * t, 0.0500 + 0.0028 * t**2])
+    angle = np.linspace(0, 2 * np.pi, 10, endpoint=False)
+    rings = []
+    for point, s in zip(bend, t, strict=True):
+        r = 0.0019 * np.sqrt(max(1 - s**2, 0.02))
+        rings.append(point + np.column_stack([r * np.cos(angle), 0 * angle, -r * np.sin(angle)]))
+    return [surface(loft(rings), "dark", crease=60)]
 
 
 def forehead() -> list[Surface]:

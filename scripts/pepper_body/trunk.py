@@ -26,7 +26,7 @@ from .shapes import (
 
 KNEE_RADIUS = 0.074  # the skirt's round top, about the knee's axis
 HIP_RADIUS = 0.070  # the thigh's lobes, about the axis of the hip's pitch
-WAIST_RADIUS = 0.046  # the waist's round top, about the axis of the hip's roll
+WAIST_RADIUS = 0.039  # the waist's round top, about the axis of the hip's roll
 GAP = 0.003
 HIP = 0.268  # height of the hip above the knee
 ROLL = 0.079  # height of the roll axis above the hip
@@ -37,21 +37,21 @@ def skirt() -> list[Surface]:
     """From the three wheels up to the knee; the knee's axis is the origin."""
     # height, wheel circles at (a, +-b) ahead and (-c, 0) behind, radius of the circles
     stations = [
-        (-0.300, 0.088, 0.150, 0.166, 0.070),
-        (-0.304, 0.090, 0.153, 0.169, 0.078),
-        (-0.296, 0.091, 0.155, 0.170, 0.085),
-        (-0.262, 0.090, 0.153, 0.168, 0.088),
-        (-0.228, 0.082, 0.142, 0.158, 0.085),
-        (-0.196, 0.062, 0.112, 0.140, 0.078),
-        (-0.160, 0.030, 0.076, 0.112, 0.066),
-        (-0.120, 0.014, 0.060, 0.080, 0.056),
-        (-0.070, 0.008, 0.050, 0.048, 0.055),
-        (-0.020, 0.003, 0.044, 0.016, 0.055),
-        (0.030, 0.000, 0.040, 0.002, 0.054),
-        (0.090, 0.000, 0.038, 0.000, 0.052),
+        (-0.298, 0.086, 0.148, 0.166, 0.070),
+        (-0.304, 0.089, 0.152, 0.169, 0.080),
+        (-0.296, 0.091, 0.155, 0.170, 0.087),
+        (-0.262, 0.091, 0.155, 0.169, 0.089),
+        (-0.228, 0.084, 0.146, 0.158, 0.086),
+        (-0.196, 0.064, 0.118, 0.138, 0.079),
+        (-0.160, 0.034, 0.084, 0.112, 0.068),
+        (-0.120, 0.016, 0.062, 0.080, 0.060),
+        (-0.070, 0.008, 0.050, 0.046, 0.058),
+        (-0.020, 0.003, 0.044, 0.014, 0.056),
+        (0.030, 0.000, 0.043, 0.000, 0.054),
+        (0.090, 0.000, 0.042, 0.000, 0.052),
     ]
     rings = []
-    for z, a, b, c, r in through(stations, 40):
+    for z, a, b, c, r in through(stations, 30):
         curve = rounded_hull([(a, b, r), (a, -b, r), (-c, 0, r)])
         height = z + _arch(curve, z)
         rings.append(np.column_stack([curve, height]))
@@ -71,7 +71,7 @@ def _arch(curve: Array, z: float) -> Array:
     """The lower rim rises a little between the wheels."""
     angle = np.arctan2(curve[:, 1], curve[:, 0])
     between = 0.5 + 0.5 * np.cos(3 * angle)  # 1 ahead and on both sides behind, 0 at the wheels
-    return 0.028 * between**2 * np.clip((-0.2 - z) / 0.1, 0, 1)
+    return 0.016 * between**2 * np.clip((-0.2 - z) / 0.1, 0, 1)
 
 
 def _front_seam(p: Array) -> Array:
@@ -84,19 +84,20 @@ def thigh() -> list[Surface]:
     """From the knee to the hip's two lobes; the knee's axis is the origin."""
     stations = [
         # z, ahead, behind, side, center
-        (0.018, 0.066, 0.054, 0.093, 0.004),
-        (0.022, 0.070, 0.058, 0.098, 0.004),
-        (0.060, 0.073, 0.060, 0.105, 0.004),
-        (0.120, 0.079, 0.062, 0.111, 0.005),
-        (0.180, 0.083, 0.068, 0.116, 0.006),
-        (0.225, 0.079, 0.073, 0.115, 0.004),
-        (0.268, 0.069, 0.070, 0.107, 0.000),
-        (0.300, 0.0615, 0.0625, 0.094, 0.000),
-        (0.320, 0.0465, 0.0470, 0.079, 0.000),
-        (0.333, 0.026, 0.026, 0.058, 0.000),
+        (0.016, 0.058, 0.046, 0.086, 0.004),
+        (0.019, 0.066, 0.054, 0.095, 0.004),
+        (0.026, 0.069, 0.057, 0.099, 0.004),
+        (0.060, 0.072, 0.059, 0.104, 0.004),
+        (0.120, 0.079, 0.062, 0.110, 0.005),
+        (0.180, 0.083, 0.068, 0.115, 0.006),
+        (0.225, 0.079, 0.073, 0.114, 0.004),
+        (0.268, 0.069, 0.070, 0.106, 0.000),
+        (0.300, 0.0615, 0.0625, 0.093, 0.000),
+        (0.320, 0.0465, 0.0470, 0.078, 0.000),
+        (0.333, 0.026, 0.026, 0.057, 0.000),
         (0.338, 0.006, 0.006, 0.030, 0.000),
     ]
-    solid = body(stations, rings=44, sides=56, power=2.2)
+    solid = body(stations, rings=32, sides=48, power=2.2)
     slot = loft([
         np.array([(x, y * w, z) for x, y in ((0.2, -1), (0.2, 1), (-0.2, 1), (-0.2, -1))])
         for z, w in ((0.19, 0.004), (0.26, 0.036), (0.30, 0.044), (0.40, 0.050))
@@ -130,10 +131,10 @@ def pelvis() -> list[Surface]:
     barrel = cylinder("y", HIP_RADIUS - 0.004, 0.040, sections=72)
     stations = [
         (-0.02, 0.045, 0.045, 0.036, 0.0),
-        (0.030, 0.047, 0.047, 0.037, 0.0),
-        (0.065, 0.044, 0.044, 0.040, 0.0),
-        (0.085, 0.043, 0.043, 0.044, 0.0),
-        (0.140, 0.043, 0.043, 0.044, 0.0),
+        (0.030, 0.047, 0.047, 0.036, 0.0),
+        (0.065, 0.044, 0.043, 0.036, 0.0),
+        (0.090, 0.043, 0.042, 0.037, 0.0),
+        (0.140, 0.043, 0.042, 0.037, 0.0),
     ]
     column = body(stations, rings=20, sides=40, power=2.4)
     above = cut(box((0.3, 0.3, 0.2), (0, 0, ROLL + 0.1)), cylinder("x", WAIST_RADIUS, 0.2, (0, 0, ROLL)))
@@ -157,8 +158,8 @@ def torso() -> list[Surface]:
         (0.303, 0.040, 0.042, 0.050, -0.039),
         (0.306, 0.032, 0.032, 0.032, -0.038),
     ]
-    solid = body(stations, rings=48, sides=64, power=2.25)
-    sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 4) for s in (1, -1)]
+    solid = body(stations, rings=36, sides=52, power=2.25)
+    sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 3) for s in (1, -1)]
     waist = cylinder("x", WAIST_RADIUS + GAP, 0.3)
     shell = surface(cut(solid, waist, *sockets), "white", crease=30)
     parts: list[Surface] = []
