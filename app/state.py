@@ -205,12 +205,14 @@ def initial_latent(facts: ModelFacts, motion: int) -> Latent:
 
 
 def initial_state(facts: tuple[ModelFacts, ...], seed: int = 0, motion: int = 0) -> AppState:
-    """The screen as it opens: one motion of every model, playing."""
+    """The screen as it opens: one motion, playing; the same of every model that has learnt it."""
+    first = facts[0]
+    name = first.motions[min(motion, len(first.motions) - 1)]
     models = tuple(
         ModelState(latent, anchor=latent.mu)
         for one in facts
-        for latent in [initial_latent(one, min(motion, len(one.motions) - 1))]
+        for index in [one.motions.index(name) if name in one.motions else motion]
+        for latent in [initial_latent(one, min(index, len(one.motions) - 1))]
     )
-    first = facts[0]
     axes = (0, 1)[: first.pb_dim]
     return AppState(models=models, map_axes=axes, landscape_axes=axes, seed=seed)

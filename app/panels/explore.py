@@ -24,6 +24,7 @@ class ExplorePanel:
 
     def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
         self._gui, self._facts, self._send = gui, facts, send
+        self._active = 0  # the model whose motions are in the list
         self._model = (
             Bound(gui.add_dropdown("Model", [one.name for one in facts]), self._choose_model)
             if len(facts) > 1
@@ -64,15 +65,15 @@ class ExplorePanel:
         self._send(do.SelectModel(names.index(name)))
 
     def _choose_motion(self, name: str) -> None:
-        for one in self._facts:
-            if name in one.motions:
-                self._send(do.SelectMotion(one.motions.index(name)))
-                return
+        motions = self._facts[self._active].motions
+        if name in motions:
+            self._send(do.SelectMotion(motions.index(name)))
 
     def _choose_page(self, label: str) -> None:
         self._first = int(label.split("–")[0]) - 1
 
     def show(self, state: AppState) -> None:
+        self._active = state.active
         facts = self._facts[state.active]
         if self._built is None or self._built[0] != state.active:
             self._first = 0
