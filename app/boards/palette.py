@@ -29,9 +29,9 @@ AXIS: Color = (120, 128, 138)
 GRID: Color = (233, 236, 240)
 ZERO_LINE: Color = (206, 211, 218)
 TEXT: Color = (20, 26, 36)
-QUIET: Color = (108, 116, 129)
+QUIET: Color = (110, 118, 131)
 LABEL: Color = (44, 52, 64)
-MUTED: Color = (72, 81, 94)
+MUTED: Color = (58, 66, 78)
 UNKNOWN: Color = (173, 179, 187)  # a motion without a rating, a cell without a correlation
 
 PATH: Color = (204, 51, 85)  # mu over the iterations, as in Figs. 5 and 6
@@ -173,7 +173,7 @@ def _circles(count: int) -> tuple[Shape, ...]:
 @lru_cache(maxsize=64)
 def font(size: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     """Inter at a size in pixels; it ships because Pillow's own font lacks μ, σ, × and −."""
-    name = "Inter-SemiBold.ttf" if bold else "Inter-Medium.ttf"
+    name = "Inter-ExtraBold.ttf" if bold else "Inter-SemiBold.ttf"
     file = resources.files("rnnpb_explorer.static").joinpath("fonts", name)
     return ImageFont.truetype(
         io.BytesIO(file.read_bytes()), size, layout_engine=ImageFont.Layout.BASIC
