@@ -70,6 +70,7 @@ def busy_screen(facts: Facts) -> AppState:
 
 
 CODE = encode(FACTS, busy_screen(FACTS))
+OPEN = open_screen()
 
 
 def assert_sound(facts: Facts, state: AppState) -> None:
@@ -98,7 +99,7 @@ def assert_sound(facts: Facts, state: AppState) -> None:
 
 def assert_harmless(code: str) -> None:
     """A code from anywhere is refused in one line, or makes a screen that can be shown."""
-    before = open_screen()
+    before = OPEN
     state, works = update(FACTS, before, do.RestoreCode(code))
     if works:
         assert_sound(FACTS, state)
