@@ -1,8 +1,9 @@
 """Training: network weights and PBs together, by closed-loop generation (section III.B).
 
-The recipe differs from the published one (50,000 epochs of Adam at 0.001 for everything) where that
-is slow: motions run in buckets of similar length, so that no work goes into padding; each PB learns
-from its own motion only and gets a higher rate; the rate falls along a cosine.
+The recipe differs from the published one (50,000 epochs of Adam at 0.001 for everything) where
+that is slow: motions run in buckets of similar length, so that little work goes into padding; the
+recurrent weights learn by Muon; each PB learns from its own motion only and gets a higher rate; all
+rates fall along a cosine.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from torch import Tensor
 
 from .data import Dataset
 from .errors import InputError
-from .model import ModelConfig, ModelInfo, RNNPB, kl_divergence
+from .model import RNNPB, ModelConfig, ModelInfo, kl_divergence
+from .muon import Muon
+
+GATES = 4  # of an LSTM, stacked in its weight matrices
 
 
 @dataclass(frozen=True)
@@ -27,9 +31,11 @@ class TrainingConfig:
 
     epochs: int = 6000
     seed: int = 0
-    learning_rate: float = 5e-3  # network weights
-    pb_rate_factor: float = 4.0  # PB parameters learn this much faster
-    beta2: float = 0.98
+    recurrent_rate: float = 0.05  # Muon's, of the recurrent weights: spectral norm of one step
+    learning_rate: float = 0.01  # Adam's, of the other weights
+    pb_rate_factor: float = 2.0  # PB parameters learn this much faster
+    momentum: float = 0.95  # Muon's
+    beta2: float = 0.98  # Adam's
     max_gradient_norm: float = 1.0
     warm_up_epochs: int = 50
     max_bucket_padding: float = 0.05  # frames of padding a bucket may hold, as a share
@@ -48,11 +54,8 @@ class TrainingProgress:
     loss: float  # eq. 3, as the published code sums it
     error: float  # squared error averaged over frames and joints, at the sampled PBs
     kl: float  # summed over sequences and dimensions
-    seconds: float  # since this run began
-
-    @property
-    def seconds_left(self) -> float:
-        return 0.0
+    seconds: float  # since this run, or its resumption, began
+    seconds_left: float  # at the speed so far
 
 
 @dataclass(frozen=True)
@@ -95,69 +98,86 @@ class Trainer:
             ).to(device)
         self._buckets = _make_buckets(dataset, training.max_bucket_padding, device)
         self._frames = sum(len(motion) for motion in dataset.motions)
-        pb_parameters = [self.model.mu]
-        if self.model.stochastic:
-            pb_parameters.append(self.model.log_var)
-        self._optimizer = torch.optim.Adam(
-            [
-                {"params": pb_parameters, "lr": training.learning_rate * training.pb_rate_factor},
-                {"params": self.model.network_parameters(), "lr": training.learning_rate},
-            ],
-            betas=(0.9, training.beta2),
-        )
-        self._schedule = torch.optim.lr_scheduler.LambdaLR(self._optimizer, self._rate)
+        model = self.model
+        pbs = [model.mu, model.log_var] if model.stochastic else [model.mu]
+        others = [p for p in model.network_parameters() if p is not model.weight_hidden]
+        rate = training.learning_rate
+        self._optimizers: dict[str, torch.optim.Optimizer] = {
+            "adam": torch.optim.Adam(
+                [{"params": pbs, "lr": rate * training.pb_rate_factor}, {"params": others}],
+                lr=rate,
+                betas=(0.9, training.beta2),
+            ),
+            "muon": Muon([model.weight_hidden], training.recurrent_rate, training.momentum, GATES),
+        }
+        self._schedules = {
+            name: torch.optim.lr_scheduler.LambdaLR(optimizer, self._rate)
+            for name, optimizer in self._optimizers.items()
+        }
 
     def _rate(self, epoch: int) -> float:
+        """The share of the full rate: a short warm-up, then a cosine down to zero."""
         warm_up = min(1.0, (epoch + 1) / self.training.warm_up_epochs)
         return warm_up * 0.5 * (1 + math.cos(math.pi * epoch / self.training.epochs))
 
     def run(self) -> Iterator[TrainingProgress]:
         """Train to the last epoch; stop iterating to interrupt."""
-        started = time.monotonic()
+        started, first = time.monotonic(), self.epoch
         while self.epoch < self.training.epochs:
             error, kl = self._train_epoch()
             self.epoch += 1
             beta = self.model.config.beta or 0.0
+            seconds = time.monotonic() - started
+            epochs_left = self.training.epochs - self.epoch
             yield TrainingProgress(
                 epoch=self.epoch,
                 epochs=self.training.epochs,
                 loss=error * self.model.config.num_joints + beta * kl,
                 error=error,
                 kl=kl,
-                seconds=time.monotonic() - started,
+                seconds=seconds,
+                seconds_left=seconds / (self.epoch - first) * epochs_left,
             )
 
     def _train_epoch(self) -> tuple[float, float]:
         model = self.model
-        self._optimizer.zero_grad()
+        model.zero_grad()
         pb, kl = model.mu, torch.zeros(())
         if model.stochastic:
             noise = torch.randn(model.mu.shape, generator=self._random).to(model.mu.device)
             pb = model.mu + torch.exp(0.5 * model.log_var) * noise  # eq. 1
             kl = kl_divergence(model.mu, model.log_var)
             (kl * (model.config.beta or 0.0)).backward()
-        # Backward bucket by bucket holds one bucket's activations at a time. The PBs are cut off
-        # from the graph so that their sampling is run backward only once, at the end.
+        # The PBs are cut off from the graph so that their sampling is run backward only once.
         leaf = pb.detach().requires_grad_()
+        squared_error = self._backward_error(leaf)
+        pb.backward(leaf.grad)
+        torch.nn.utils.clip_grad_norm_(model.parameters(), self.training.max_gradient_norm)
+        for name, optimizer in self._optimizers.items():
+            optimizer.step()
+            self._schedules[name].step()
+        return squared_error / model.config.num_joints, kl.item()
+
+    def _backward_error(self, pb: Tensor) -> float:
+        """Squared error summed over joints, mean over frames; its gradients are added.
+
+        Backward bucket by bucket holds one bucket's activations at a time.
+        """
         squared_error = 0.0
         for bucket in self._buckets:
-            generated = model.generate(leaf[bucket.rows], bucket.target.shape[1])
+            generated = self.model.generate(pb[bucket.rows], bucket.target.shape[1])
             loss = ((generated - bucket.target) * bucket.mask).square().sum() / self._frames
             loss.backward()
             squared_error += loss.item()
-        pb.backward(leaf.grad)
-        torch.nn.utils.clip_grad_norm_(model.parameters(), self.training.max_gradient_norm)
-        self._optimizer.step()
-        self._schedule.step()
-        return squared_error / model.config.num_joints, kl.item()
+        return squared_error
 
     def state(self) -> dict[str, Any]:
         """What `restore` needs to go on bit for bit, besides the model."""
         return {
             "training": asdict(self.training),
             "epoch": self.epoch,
-            "optimizer": self._optimizer.state_dict(),
-            "schedule": self._schedule.state_dict(),
+            "optimizers": {name: o.state_dict() for name, o in self._optimizers.items()},
+            "schedules": {name: s.state_dict() for name, s in self._schedules.items()},
             "random": self._random.get_state(),
         }
 
@@ -172,8 +192,9 @@ class Trainer:
         if model.config != self.model.config or model.info.motions != self.model.info.motions:
             raise InputError("the checkpoint belongs to another model or other data")
         self.model.load_state_dict(model.state_dict())
-        self._optimizer.load_state_dict(state["optimizer"])
-        self._schedule.load_state_dict(state["schedule"])
+        for name, optimizer in self._optimizers.items():
+            optimizer.load_state_dict(state["optimizers"][name])
+            self._schedules[name].load_state_dict(state["schedules"][name])
         self._random.set_state(state["random"])
         self.epoch = int(state["epoch"])
 
@@ -194,9 +215,7 @@ def _make_buckets(
     return [_make_bucket(dataset, group, device) for group in groups]
 
 
-def _make_bucket(
-    dataset: Dataset, rows: Sequence[int], device: torch.device | str
-) -> _Bucket:
+def _make_bucket(dataset: Dataset, rows: Sequence[int], device: torch.device | str) -> _Bucket:
     motions = [torch.from_numpy(dataset.motions[row].positions) for row in rows]
     target = torch.nn.utils.rnn.pad_sequence(motions, batch_first=True)  # (B, T, J)
     lengths = torch.tensor([len(motion) for motion in motions])
