@@ -32,8 +32,8 @@ def main(argv: Sequence[str] | None = None, commands: Sequence[Command] = COMMAN
         return int(exit_.code or SUCCESS)
     except InputError as error:
         return _fail(called, str(error), BAD_INPUT)
-    except KeyboardInterrupt:
-        return _fail(called, "interrupted", INTERRUPTED)
+    except KeyboardInterrupt as interruption:
+        return _fail(called, str(interruption) or "interrupted", INTERRUPTED)
     except BrokenPipeError:
         # The reader of a pipe (`| head`) has had enough. Python would complain once more when it
         # flushes stdout at its end.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import shlex
 import signal
 import time
 from collections.abc import Iterator
@@ -66,8 +67,8 @@ def run(arguments: argparse.Namespace) -> None:
             if asked:
                 session.save()
                 raise KeyboardInterrupt(
-                    f"stopped after epoch {trainer.epoch} of {training.epochs}; to go on: rnnpb "
-                    f"train --data {arguments.data} --resume {session.resumable} --out {out}"
+                    f"stopped after epoch {trainer.epoch} of {training.epochs}; to go on: "
+                    + _command(data=arguments.data, resume=session.resumable, out=out)
                 )
     session.finish()
     save_checkpoint(trainer.model, out)
@@ -77,6 +78,11 @@ def run(arguments: argparse.Namespace) -> None:
         f"{trainer.epoch} epochs in {session.seconds:.0f} s, sampled error "
         f"{metrics['reconstruction_mean']:.6f} (sd {metrics['reconstruction_sd']:.6f}): {out}"
     )
+
+
+def _command(**flags: object) -> str:
+    words = [word for name, value in flags.items() for word in (f"--{name}", str(value))]
+    return shlex.join(["rnnpb", "train", *words])
 
 
 def _given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:

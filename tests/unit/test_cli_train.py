@@ -1,0 +1,242 @@
+"""`rnnpb train` and `rnnpb evaluate --task reconstruction`."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+import torch
+
+from rnnpb_explorer.core import RNNPB, load_checkpoint, load_dataset
+from rnnpb_explorer.core.checkpoint import read_plain
+from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mean
+from rnnpb_explorer.core.training import Trainer, TrainingConfig, TrainingProgress
+
+from .cli_harness import Outcome, Rnnpb
+
+RECIPE = ("--pb-dim", 2, "--hidden-size", 8, "--epochs", 6, "--seed", 5)
+
+
+def train(rnnpb: Rnnpb, *flags: object) -> Outcome:
+    return rnnpb("train", "--data", "data", *flags)
+
+
+def trained(rnnpb: Rnnpb, *flags: object, out: str = "C.pt") -> RNNPB:
+    outcome = train(rnnpb, *flags, "--out", out)
+    assert (outcome.code, outcome.err) == (0, ""), outcome
+    return load_checkpoint(out)
+
+
+def weights(model: RNNPB) -> dict[str, bytes]:
+    return {name: value.numpy().tobytes() for name, value in model.state_dict().items()}
+
+
+def test_the_checkpoint_and_its_record(rnnpb: Rnnpb) -> None:
+    model = trained(rnnpb, *RECIPE, "--beta", "1e-4")
+    config, info = model.config, model.info
+    assert (config.pb_dim, config.hidden_size, config.beta) == (2, 8, 1e-4)
+    assert (config.num_joints, config.num_motions, config.behavior) == (5, 3, "stochastic")
+    assert info.motions == ("bow", "rest", "wave")
+    assert info.lengths == (9, 15, 12)
+    assert info.joints == tuple("abcde")
+    dataset = load_dataset("data")
+    recipe = asdict(TrainingConfig(epochs=6, seed=5))
+    assert info.training.items() >= recipe.items()
+    assert info.training["data_sha256"] == dataset.sha256
+    assert 0 < float(info.training["seconds"]) < 600
+    assert float(info.training["final_error"]) > 0
+    mean, sd = reconstruction(model, dataset.motions, 100, seed=0)
+    assert info.metrics["reconstruction_mean"] == pytest.approx(mean, rel=1e-4)
+    assert info.metrics["reconstruction_sd"] == pytest.approx(sd, rel=1e-4)
+    assert sorted(path.name for path in Path().iterdir()) == ["C.pt", "data", "tiny.pt"]
+
+
+def test_training_is_what_the_trainer_does(rnnpb: Rnnpb) -> None:
+    model = trained(rnnpb, *RECIPE)
+    trainer = Trainer(load_dataset("data"), model.config, TrainingConfig(epochs=6, seed=5))
+    errors = [progress.error for progress in trainer.run()]
+    assert weights(trainer.model) == weights(model)
+    assert model.info.training["final_error"] == errors[-1]
+    assert weights(trained(rnnpb, *RECIPE, "--seed", 6)) != weights(model)
+
+
+def test_deterministic(rnnpb: Rnnpb) -> None:
+    model = trained(rnnpb, *RECIPE, "--behavior", "deterministic")
+    assert (model.config.behavior, model.config.beta) == ("deterministic", None)
+    assert not model.sigma.any()
+
+
+@pytest.fixture
+def ctrl_c_in_epoch_3(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Trainer.run
+
+    def interrupted(self: Trainer) -> Iterator[TrainingProgress]:
+        for progress in run(self):
+            if progress.epoch == 3:
+                os.kill(os.getpid(), signal.SIGINT)
+            yield progress
+
+    monkeypatch.setattr(Trainer, "run", interrupted)
+
+
+def interrupt(rnnpb: Rnnpb, *flags: object) -> None:
+    outcome = train(rnnpb, *RECIPE, *flags, "--out", "B.pt")
+    assert outcome.code == 130
+    assert outcome.err.count("\n") == 1
+    assert "stopped after epoch 3 of 6; to go on: rnnpb train --data data --resume" in outcome.err
+    assert "B.resume.pt --out B.pt" in outcome.err
+    assert sorted(Path().glob("*B*")) == [Path("B.resume.pt")]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_and_resume_bit_for_bit(
+    rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch, ctrl_c_in_epoch_3: None
+) -> None:
+    interrupt(rnnpb)
+    seconds = read_plain(Path("B.resume.pt"))["resume"]["seconds"]
+    monkeypatch.undo()
+    monkeypatch.chdir(rnnpb.folder)
+    resumed = trained(rnnpb, "--resume", "B.resume.pt", out="B.pt")
+    at_once = trained(rnnpb, *RECIPE)
+    assert weights(resumed) == weights(at_once)
+    assert float(resumed.info.training.pop("seconds")) >= round(seconds, 1)
+    at_once.info.training.pop("seconds")
+    assert resumed.info == at_once.info
+    assert not Path("B.resume.pt").exists()
+
+
+def test_a_run_that_does_not_fit_resume(
+    rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch, ctrl_c_in_epoch_3: None
+) -> None:
+    interrupt(rnnpb)
+    flags = ("train", "--data", "data", "--resume", "B.resume.pt", "--out", "B.pt")
+    for flag, value in (("epochs", 7), ("seed", 1), ("beta", 0.5), ("pb-dim", 3)):
+        said = rnnpb.refuses(*flags, f"--{flag}", value)
+        assert f"--{flag} {value}: the run in B.resume.pt was started with" in said
+    assert "--behavior deterministic: the run" in rnnpb.refuses(
+        *flags, "--behavior", "deterministic"
+    )
+    bow = Path("data/bow.csv").read_text()
+    Path("data/bow.csv").write_text(bow + "0,0,0,0,0\n")
+    assert "B.resume.pt was started with other data" in rnnpb.refuses(*flags)
+    said = rnnpb.refuses(*flags, "--resume", "tiny.pt")
+    assert "tiny.pt is a finished model, not an interrupted run" in said
+    assert "no checkpoint 'none.pt'" in rnnpb.refuses(*flags, "--resume", "none.pt")
+
+    content = read_plain(Path("B.resume.pt"))
+    del content["resume"]["random"]
+    torch.save(content, "B.resume.pt")
+    Path("data/bow.csv").write_text(bow)
+    assert "B.resume.pt is damaged and cannot be resumed" in rnnpb.refuses(*flags)
+
+
+def test_an_existing_file_survives_an_interruption(rnnpb: Rnnpb, ctrl_c_in_epoch_3: None) -> None:
+    Path("B.pt").write_text("precious")
+    assert train(rnnpb, *RECIPE, "--out", "B.pt").code == 130
+    assert Path("B.pt").read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        ("--beta -1", "argument --beta: must be at least 0"),
+        ("--beta nan", "argument --beta: must be finite"),
+        ("--behavior deterministic --beta 0.1", "a deterministic model has no KL term"),
+        ("--behavior wild", "argument --behavior: invalid choice: 'wild'"),
+        ("--pb-dim 0", "argument --pb-dim: must be from 1 to 128"),
+        ("--pb-dim 129", "argument --pb-dim: must be from 1 to 128"),
+        ("--epochs 0", "argument --epochs: must be from 1"),
+        ("--data none", "no data at none; give REBL-Pepper's data_raw.csv or a folder"),
+        ("--data empty", "no CSV file in empty; expected one a motion"),
+        ("--data short", "one.csv has 1 frame; a motion has from 2"),
+        ("--data uneven", "b.csv has no column for y"),
+        ("--out C.csv", "the name of a checkpoint ends in .pt"),
+        ("--out none/C.pt", "there is no folder"),
+    ],
+)
+def test_train_refuses(rnnpb: Rnnpb, flags: str, words: str) -> None:
+    for folder in ("empty", "short", "uneven"):
+        Path(folder).mkdir()
+    Path("short/one.csv").write_text("x,y\n1,2\n")
+    Path("uneven/a.csv").write_text("x,y\n1,2\n1,2\n")
+    Path("uneven/b.csv").write_text("x,z\n1,2\n1,2\n")
+    said = rnnpb.refuses("train", "--data", "data", "--out", "C.pt", *flags.split())
+    assert words in said
+    assert not list(Path().glob("C*"))
+
+
+def test_a_bar_on_a_terminal(rnnpb: Rnnpb) -> None:
+    """With loss, KL, epochs a second and time left; stdout stays clean."""
+    terminal, other_end = pty.openpty()
+    flags = [str(flag) for flag in ("--data", "data", *RECIPE, "--epochs", 40, "--out", "C.pt")]
+    with subprocess.Popen(
+        [sys.executable, "-m", "rnnpb_explorer.app.rnnpb", "train", *flags],
+        stdout=subprocess.PIPE,
+        stderr=other_end,
+        env=os.environ | {"COLUMNS": "140", "TERM": "xterm"},
+    ) as process:
+        os.close(other_end)
+        shown = b""
+        try:
+            while part := os.read(terminal, 4096):
+                shown += part
+        except OSError:  # the end of a terminal
+            pass
+        finally:
+            os.close(terminal)
+        out = process.stdout.read() if process.stdout else b""
+    assert process.returncode == 0
+    for words in (b"training", b"/40", b"loss", b"error", b"KL", b"epochs/s"):
+        assert words in shown
+    assert out.startswith(b"40 epochs in")
+
+
+# evaluate
+
+EVALUATE = ("evaluate", "--ckpt", "tiny.pt", "--data", "data")
+
+
+def test_evaluate_reconstruction(rnnpb: Rnnpb) -> None:
+    other = trained(rnnpb, *RECIPE, "--behavior", "deterministic")
+    flags = (*EVALUATE, "C.pt", "--samples", 7, "--seed", 2)
+    outcome = rnnpb(*flags[:3], "C.pt", *flags[3:5], *flags[6:], "--json", "e.json")
+    assert (outcome.code, outcome.err) == (0, "")
+    rows = json.loads(Path("e.json").read_text())["reconstruction"]
+    dataset = load_dataset("data")
+    assert [row["checkpoint"] for row in rows] == ["tiny.pt", "C.pt"]
+    for row, model in zip(rows, (rnnpb.model, other), strict=True):
+        motions = dataset.for_model(model).motions
+        mean, sd = reconstruction(model, motions, 7, seed=2)
+        assert (row["mean"], row["sd"]) == pytest.approx((mean, sd), rel=1e-4)
+        at_mean = reconstruction_at_mean(model, motions).mean()
+        assert row["at_sigma_0"] == pytest.approx(at_mean, rel=1e-4)
+        assert (row["behavior"], row["beta"]) == (model.config.behavior, model.config.beta)
+        assert (row["motions"], row["samples"], row["seed"]) == (3, 7, 2)
+        for words in (f"{mean:.6f} ({sd:.6f})", row["checkpoint"], row["behavior"]):
+            assert words in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        ("--task dreams", "no task 'dreams'; there are: reconstruction"),
+        ("--samples 0", "argument --samples: must be from 1"),
+        ("--ckpt none.pt", "no checkpoint 'none.pt'"),
+        ("--json none/e.json", "there is no folder"),
+        ("--data empty", "no CSV file in empty"),
+        ("--data fewer", "the data lack motions the model has learned: wave, rest"),
+    ],
+)
+def test_evaluate_refuses(rnnpb: Rnnpb, flags: str, words: str) -> None:
+    Path("empty").mkdir()
+    Path("fewer").mkdir()
+    Path("fewer/bow.csv").write_text(Path("data/bow.csv").read_text())
+    assert words in rnnpb.refuses(*EVALUATE, *flags.split())
