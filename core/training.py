@@ -102,12 +102,12 @@ class Trainer:
         pbs = [model.mu, model.log_var] if model.stochastic else [model.mu]
         others = [p for p in model.network_parameters() if p is not model.weight_hidden]
         rate = training.learning_rate
+        groups: list[dict[str, Any]] = [
+            {"params": pbs, "lr": rate * training.pb_rate_factor},
+            {"params": others},
+        ]
         self._optimizers: dict[str, torch.optim.Optimizer] = {
-            "adam": torch.optim.Adam(
-                [{"params": pbs, "lr": rate * training.pb_rate_factor}, {"params": others}],
-                lr=rate,
-                betas=(0.9, training.beta2),
-            ),
+            "adam": torch.optim.Adam(groups, rate, (0.9, training.beta2)),
             "muon": Muon([model.weight_hidden], training.recurrent_rate, training.momentum, GATES),
         }
         self._schedules = {
@@ -142,7 +142,8 @@ class Trainer:
     def _train_epoch(self) -> tuple[float, float]:
         model = self.model
         model.zero_grad()
-        pb, kl = model.mu, torch.zeros(())
+        pb: Tensor = model.mu
+        kl = torch.zeros(())
         if model.stochastic:
             noise = torch.randn(model.mu.shape, generator=self._random).to(model.mu.device)
             pb = model.mu + torch.exp(0.5 * model.log_var) * noise  # eq. 1
