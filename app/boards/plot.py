@@ -144,8 +144,9 @@ def nice_ticks(low: float, high: float, most: int = 6) -> list[tuple[float, str]
     if last - first > 50:  # a window so far from 0 that floats cannot tell its ticks apart
         return []
     largest = max(abs(low), abs(high))
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
-    digits = max(1, math.floor(math.log10(largest / step) + 1e-9) + 1)
+    last_place = math.floor(math.log10(step) + 1e-9)
+    decimals = max(0, -last_place)
+    digits = max(1, math.floor(math.log10(largest) + 1e-9) - last_place + 1)
     form = f".{decimals}f" if 1e-3 <= largest < 1e5 else f".{digits}g"
     return [(i * step, tick_label(i * step, form)) for i in range(first, last + 1)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -127,6 +127,8 @@ def test_y_points_up_and_the_board_is_centred() -> None:
 
 
 @given(st.floats(-1e4, 1e4), st.floats(1e-4, 1e4))
+@example(6.1e-05, 1e-4)
+@example(0.9999, 2e-4)
 def test_ticks_are_round_few_and_inside(low: float, span: float) -> None:
     ticks = nice_ticks(low, low + span)
     values = [value for value, _ in ticks]
@@ -339,6 +341,11 @@ def test_path_stays_inside_the_plot_wherever_it_goes() -> None:
     board, empty = path_map(path), path_map(None)
     assert changed(board, empty).any()
     assert changed_outside_plot(board, empty) == 0
+    (left, right), (bottom, top) = empty.frame.x_range, empty.frame.y_range
+    corners = np.array([[left, bottom], [left, top], [right, top], [right, bottom]])
+    for current in range(4):
+        path = RecognitionPath(corners, np.ones((4, 4)), corners, current)
+        assert changed_outside_plot(path_map(path), empty) == 0
     given_ = random_landscape()
     on_landscape = draw_landscape(given_, path=path, size=SIZE)
     assert changed_outside_plot(on_landscape, draw_landscape(given_, size=SIZE)) == 0
