@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import evaluate, generate, info, landscape, recognize, train
+from . import data, evaluate, generate, info, landscape, recognize, train
 
 COMMANDS = (
     info.COMMAND,
@@ -11,4 +11,5 @@ COMMANDS = (
     recognize.COMMAND,
     train.COMMAND,
     evaluate.COMMAND,
+    data.COMMAND,
 )

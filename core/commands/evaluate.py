@@ -1,20 +1,28 @@
-"""`rnnpb evaluate`: the tables of the paper for any checkpoints."""
+"""`rnnpb evaluate`: the two tables of the paper, for any checkpoints."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
-from rich.table import Table
-
-from ..errors import InputError
 from ..files import check_writable
 from .command import Command, add_data, add_device, add_seed, load_model, whole
-from .progress import steps_bar
-from .tables import print_table, write_json
+from .progress import progress_bar
+from .tables import (
+    Row,
+    print_table,
+    recognition_tables,
+    reconstruction_table,
+    write_json,
+)
 
-TASKS = ("reconstruction",)
-Row = dict[str, Any]
+if TYPE_CHECKING:
+    from ..model import RNNPB
+    from ..motion import Motion
+
+TASKS = ("reconstruction", "recognition")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,10 +36,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_data(parser, required=True)
     parser.add_argument(
-        "--task", type=_tasks, default=TASKS, metavar="T,..", help=f"of {', '.join(TASKS)}"
+        "--task",
+        type=_tasks,
+        default=TASKS[:1],
+        metavar="T,..",
+        help="reconstruction (Table I), recognition (Table II), or both; default: reconstruction",
     )
     parser.add_argument(
-        "--samples", type=whole(1, 10_000), default=100, help="PBs a motion; default: 100"
+        "--samples",
+        type=whole(1, 10_000),
+        default=100,
+        help="reconstruction: PBs a motion; default: 100",
+    )
+    parser.add_argument(
+        "--draws",
+        type=whole(1, 1_000),
+        default=1,
+        help="recognition: sets of ten novel patterns, by seed, seed + 1, ..; default: 1",
+    )
+    parser.add_argument(
+        "--trials", type=whole(1, 1_000), default=10, help="recognition: of a pattern; default: 10"
+    )
+    parser.add_argument(
+        "--iterations", type=whole(1, 100_000), default=100, help="recognition; default: 100"
     )
     add_seed(parser)
     add_device(parser)
@@ -40,8 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _tasks(text: str) -> tuple[str, ...]:
     tasks = tuple(dict.fromkeys(text.split(",")))
-    if "recognition" in tasks and "recognition" not in TASKS:
-        raise argparse.ArgumentTypeError("recognition cannot be evaluated yet; reconstruction can")
     unknown = [task for task in tasks if task not in TASKS]
     if unknown:
         raise argparse.ArgumentTypeError(f"no task {unknown[0]!r}; there are: {', '.join(TASKS)}")
@@ -51,60 +76,109 @@ def _tasks(text: str) -> tuple[str, ...]:
 def run(arguments: argparse.Namespace) -> None:
     if arguments.json is not None:
         check_writable(arguments.json)
-    rows = steps_bar(
-        (_reconstruction(checkpoint, arguments) for checkpoint in arguments.ckpt),
-        len(arguments.ckpt),
-        "reconstruction",
-    )
-    tables = {"reconstruction": list(rows)}
-    _print_reconstruction(tables["reconstruction"])
+    from ..recognition_table import WARM_STARTS
+
+    # Every checkpoint is read before the first is measured: a mistyped one shows at once.
+    subjects = [_subject(checkpoint, arguments) for checkpoint in arguments.ckpt]
+    measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in arguments.task}
+    with progress_bar("{task.fields[doing]}") as bar:
+        steps = sum(len(subject.patterns) * len(WARM_STARTS) for subject in subjects)
+        if "reconstruction" in measured:
+            steps += len(subjects)
+        progress = bar.add_task("evaluating", total=steps, doing="")
+        for subject in subjects:
+            for task, rows in measured.items():
+                bar.update(progress, doing=f"{task} of {subject.facts['checkpoint']}")
+                measure = _reconstruction if task == "reconstruction" else _recognition
+                rows += [
+                    subject.facts | row
+                    for row in measure(subject, arguments, lambda: bar.advance(progress))
+                ]
+    if "reconstruction" in measured:
+        print_table(reconstruction_table(measured["reconstruction"]))
+    if "recognition" in measured:
+        for table in recognition_tables(measured["recognition"]):
+            print_table(table)
     if arguments.json is not None:
-        write_json(arguments.json, tables)
+        write_json(arguments.json, measured)
 
 
-def _reconstruction(checkpoint: str, arguments: argparse.Namespace) -> Row:
-    """One cell of Table I, measured."""
+@dataclass(frozen=True)
+class _Subject:
+    """A checkpoint to measure, and what it is measured with."""
+
+    model: RNNPB
+    motions: Sequence[Motion]
+    patterns: Sequence[Motion]  # novel ones, where recognition is asked for
+    facts: Row
+
+
+def _subject(checkpoint: str, arguments: argparse.Namespace) -> _Subject:
     from ..device import choose_device
-    from ..evaluation import reconstruction, reconstruction_at_mean
+    from ..novel_patterns import novel_patterns
 
     model, dataset = load_model(checkpoint, arguments.data)
-    if dataset is None:
-        raise InputError("reconstruction needs --data")
-    model.to(choose_device(arguments.device))
-    mean, sd = reconstruction(model, dataset.motions, arguments.samples, seed=arguments.seed)
-    at_mean = reconstruction_at_mean(model, dataset.motions)
-    return {
+    motions = dataset.motions if dataset else ()
+    patterns: list[Motion] = []
+    if "recognition" in arguments.task:
+        for draw in _draws(arguments):
+            patterns += novel_patterns(motions, draw)
+    facts = {
         "checkpoint": checkpoint,
         "behavior": model.config.behavior,
         "beta": model.config.beta,
         "pb_dim": model.config.pb_dim,
+    }
+    return _Subject(model.to(choose_device(arguments.device)), motions, patterns, facts)
+
+
+def _draws(arguments: argparse.Namespace) -> range:
+    """The seeds of the sets of novel patterns."""
+    return range(arguments.seed, arguments.seed + arguments.draws)
+
+
+def _reconstruction(
+    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
+) -> list[Row]:
+    """One cell of Table I."""
+    from ..evaluation import reconstruction, reconstruction_at_mean
+
+    model, motions = subject.model, subject.motions
+    mean, sd = reconstruction(model, motions, arguments.samples, seed=arguments.seed)
+    row = {
         "mean": mean,
         "sd": sd,
-        "at_sigma_0": float(at_mean.mean()),
-        "motions": len(dataset.motions),
+        "at_sigma_0": float(reconstruction_at_mean(model, motions).mean()),
+        "motions": len(motions),
         "samples": arguments.samples,
         "seed": arguments.seed,
     }
+    done()
+    return [row]
 
 
-def _print_reconstruction(rows: list[Row]) -> None:
-    first = rows[0]
-    table = Table(
-        title="Reconstruction loss (Table I): mean (sd) of the squared error over frames and "
-        f"joints, {first['motions']} motions x {first['samples']} samples"
-    )
-    for name in ("checkpoint", "behavior", "beta", "D_PB", "sampled", "at sigma = 0"):
-        table.add_column(name, justify="left" if name in ("checkpoint", "behavior") else "right")
-    for row in rows:
-        table.add_row(
-            row["checkpoint"],
-            row["behavior"],
-            "-" if row["beta"] is None else f"{row['beta']:g}",
-            str(row["pb_dim"]),
-            f"{row['mean']:.6f} ({row['sd']:.6f})",
-            f"{row['at_sigma_0']:.6f}",
+def _recognition(
+    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
+) -> list[Row]:
+    """The cells of Table II in one column: a row for each warm start."""
+    from ..recognition_table import WARM_STARTS, recognition_row
+
+    settings = {"trials": arguments.trials, "iterations": arguments.iterations}
+    return [
+        asdict(
+            recognition_row(
+                subject.model,
+                warm_start,
+                subject.patterns,
+                **settings,
+                seed=arguments.seed,
+                recognized=done,
+            )
         )
-    print_table(table)
+        | settings
+        | {"draws": list(_draws(arguments)), "patterns": len(subject.patterns)}
+        for warm_start in WARM_STARTS
+    ]
 
 
 COMMAND = Command("evaluate", "Measure checkpoints as the paper does.", add_arguments, run)

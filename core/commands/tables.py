@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
@@ -12,6 +13,7 @@ from rich.table import Table
 
 from ..files import replacing
 
+Row = dict[str, Any]  # of a table, as JSON has it
 PIPE_WIDTH = 140  # columns where stdout is no terminal
 
 
@@ -28,3 +30,50 @@ def write_json(path: str | os.PathLike[str], value: Any) -> None:
     text = json.dumps(value, ensure_ascii=False, indent=2, allow_nan=False)
     with replacing(path) as beside:
         beside.write_text(text + "\n", encoding="utf-8")
+
+
+def reconstruction_table(rows: Sequence[Row]) -> Table:
+    """Table I for these checkpoints."""
+    first = rows[0]
+    table = _table(
+        "Reconstruction loss (Table I): mean (sd) of the squared error, averaged over frames and "
+        f"joints, of {first['motions']} motions x {first['samples']} samples",
+        ("sampled", "at sigma = 0"),
+    )
+    for row in rows:
+        table.add_row(*_facts(row), _spread(row), f"{row['at_sigma_0']:.6f}")
+    return table
+
+
+def recognition_tables(rows: Sequence[Row]) -> list[Table]:
+    """Table II for these checkpoints: reconstruction loss, then prediction error."""
+    first = rows[0]
+    trials = first["trials"]
+    runs = f"{first['patterns']} novel patterns x {trials} trials"
+    columns = ("last iterate", "best iterate", f"best of {trials} trials")
+    tables = []
+    for name in ("reconstruction_loss", "prediction_error"):
+        title = name.replace("_", " ").capitalize()
+        table = _table(f"{title} of {runs} (Table II): mean (sd)", ("warm start", *columns))
+        for row in rows:
+            spreads = (row[name][way] for way in ("last_iterate", "best_iterate", "best_of_trials"))
+            table.add_row(*_facts(row), row["warm_start"], *map(_spread, spreads))
+        tables.append(table)
+    return tables
+
+
+def _table(title: str, columns: Sequence[str]) -> Table:
+    table = Table(title=title)
+    for name in ("checkpoint", "behavior", "beta", "D_PB", *columns):
+        words = name in ("checkpoint", "behavior", "warm start")
+        table.add_column(name, justify="left" if words else "right")
+    return table
+
+
+def _facts(row: Row) -> tuple[str, ...]:
+    beta = "-" if row["beta"] is None else f"{row['beta']:g}"
+    return row["checkpoint"], row["behavior"], beta, str(row["pb_dim"])
+
+
+def _spread(values: Row) -> str:
+    return f"{values['mean']:.6f} ({values['sd']:.6f})"
