@@ -153,15 +153,15 @@ def _iterate(model: RNNPB, target: Tensor, config: RecognitionConfig) -> Iterato
         mu_next, sigma_next = _mu_sigma(model, belief)
         yield RecognitionStep(
             iteration=iteration,
-            mu=_numpy(mu),
-            sigma=_numpy(sigma),
-            pb=_numpy(pb),
-            loss=_numpy(losses),
-            prediction_error=_numpy((output - target)[:, observed:].square().mean(dim=(1, 2))),
+            mu=to_numpy(mu),
+            sigma=to_numpy(sigma),
+            pb=to_numpy(pb),
+            loss=to_numpy(losses),
+            prediction_error=to_numpy((output - target)[:, observed:].square().mean(dim=(1, 2))),
             early_update=early.cpu().numpy(),
-            output=_numpy(output),
-            mu_next=_numpy(mu_next),
-            sigma_next=_numpy(sigma_next),
+            output=to_numpy(output),
+            mu_next=to_numpy(mu_next),
+            sigma_next=to_numpy(sigma_next),
         )
 
 
@@ -236,7 +236,7 @@ def observed_losses(model: RNNPB, pbs: Tensor, observation: Tensor) -> Tensor:
     )
 
 
-def _numpy(values: Tensor) -> Array:
+def to_numpy(values: Tensor) -> Array:
     return cast(Array, values.cpu().numpy())
 
 
@@ -260,6 +260,11 @@ class RecognitionResult:
     best_reconstruction_loss: Array  # (K,)
     best_prediction_error: Array  # (K,)
     best_output: Array  # (K, T, J)
+
+    @property
+    def best_trial(self) -> int:
+        """The trial that came closest to the observed part."""
+        return int(self.best_reconstruction_loss.argmin())
 
     @classmethod
     def from_steps(cls, steps: Iterable[RecognitionStep]) -> RecognitionResult:

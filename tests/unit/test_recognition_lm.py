@@ -1,0 +1,130 @@
+"""Recognition by Levenberg-Marquardt: its Jacobian, its minimum, its posterior."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.model import RNNPB, ModelConfig
+from rnnpb_explorer.core.motion import read_motion
+from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionResult, recognize
+from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_lm
+
+from .plain import plain_generate
+
+Array = NDArray[np.float32]
+
+
+def a_motion(model: RNNPB, pb: list[float], noise: float = 0.0) -> Array:
+    motion = model.generate(torch.tensor([pb]).to(model.mu), 30)[0].numpy()
+    random = np.random.default_rng(0)
+    noisy: Array = (motion + random.normal(0, noise, motion.shape)).astype(np.float32)
+    return noisy
+
+
+@pytest.mark.parametrize("steps", [1, 2, 30])
+def test_jacobian_is_that_of_the_plain_loop(tiny_model: RNNPB, steps: int) -> None:
+    model = tiny_model.double()
+    jacobians = pb_jacobian(model, model.mu, steps)
+    for pb, jacobian in zip(model.mu, jacobians, strict=True):
+        plain = torch.autograd.functional.jacobian(lambda pb: plain_generate(model, pb, steps), pb)
+        torch.testing.assert_close(jacobian, plain, rtol=1e-9, atol=1e-12)
+
+
+def test_jacobian_of_a_trained_model(published_strong: RNNPB) -> None:
+    pb, bump = published_strong.mu[:2], torch.tensor([0.0, 1e-2, 0.0, 0.0])
+    jacobian = pb_jacobian(published_strong, pb, 120)
+    ahead, behind = (published_strong.generate(pb + side, 120) for side in (bump, -bump))
+    slope = (ahead - behind) / 2e-2
+    assert (jacobian[..., 1] - slope).abs().max() < 0.02 * slope.abs().max()
+
+
+def test_finds_the_pb_that_made_a_motion(tiny_model: RNNPB) -> None:
+    pb = [0.4, -0.8, 0.9]
+    target = a_motion(tiny_model, pb)
+    result = RecognitionResult.from_steps(recognize_lm(tiny_model, target, LMConfig(tolerance=0)))
+    assert result.best_reconstruction_loss.min() < 1e-9
+    np.testing.assert_allclose(result.mu[result.best_trial, -1], pb, atol=2e-3)
+
+
+def test_mu_follows_what_lowered_the_loss(tiny_model: RNNPB) -> None:
+    target = a_motion(tiny_model, [1.5, 0.3, -1.2], noise=0.05)
+    steps = list(recognize_lm(tiny_model, target, LMConfig(starts=2, iterations=15)))
+    lowest = np.full(2, np.inf)
+    for step in steps:
+        output = tiny_model.generate(torch.as_tensor(step.pb), 30).numpy()
+        np.testing.assert_allclose(step.output, output, atol=1e-6)
+        loss = np.square(step.output[:, :24] - target[:24]).mean(axis=(1, 2))
+        np.testing.assert_allclose(step.loss, loss, rtol=1e-4)
+        np.testing.assert_array_equal(step.early_update, step.loss < lowest)
+        lowest = np.minimum(lowest, step.loss)
+        moved = step.early_update[:, None]
+        np.testing.assert_array_equal(step.mu_next, np.where(moved, step.pb, step.mu))
+    assert lowest.min() < 0.5 * steps[0].loss.min()
+
+
+def test_starts_from_the_closest_learned_mu(tiny_model: RNNPB) -> None:
+    target = a_motion(tiny_model, tiny_model.mu[2].tolist(), noise=0.01)
+    first = next(recognize_lm(tiny_model, target, LMConfig(starts=2)))
+    assert first.mu.shape == (2, 3)
+    np.testing.assert_array_equal(first.mu[0], tiny_model.mu[2].numpy())
+    assert first.loss[0] < first.loss[1]
+    many = next(recognize_lm(tiny_model, target, LMConfig(starts=99)))
+    assert many.mu.shape == (3, 3)
+
+
+def test_sigma_is_that_of_the_linear_gaussian_posterior(tiny_model: RNNPB) -> None:
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9], noise=0.05)
+    steps = list(recognize_lm(tiny_model, target))
+    np.testing.assert_array_equal(steps[0].sigma, np.ones((3, 3)))  # before: the prior's
+    result = RecognitionResult.from_steps(iter(steps))
+    best = result.best_trial
+    mu = torch.as_tensor(result.mu[best, -1:]).double()
+    jacobian = pb_jacobian(tiny_model.double(), mu, 24)[0].flatten(0, 1).numpy()
+    precision = jacobian.T @ jacobian / result.best_reconstruction_loss[best] + np.eye(3)
+    expected = np.sqrt(np.diag(np.linalg.inv(precision)))
+    np.testing.assert_allclose(result.sigma[best, -1], expected, rtol=1e-3)
+    assert (expected < 0.9).all()
+
+
+def test_as_good_as_ten_published_trials(published_zero: RNNPB, shared_dir: Path) -> None:
+    """On a motion that another model generated: novel in truth."""
+    folder = shared_dir / "data" / "rebl-pepper" / "generated"
+    path = folder / "positive_low_LD2_128.csv"
+    target = read_motion(path, published_zero.info.joints).positions[:60]
+    published = recognize(published_zero, target, RecognitionConfig(trials=10, iterations=50))
+    ten = RecognitionResult.from_steps(published).best_reconstruction_loss
+    one = RecognitionResult.from_steps(recognize_lm(published_zero, target))
+    assert one.loss.shape[1] <= 20
+    assert one.best_reconstruction_loss.min() < 1.05 * ten.min()
+
+
+def test_stops_where_nothing_is_gained(tiny_model: RNNPB) -> None:
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9], noise=0.05)
+    steps = list(recognize_lm(tiny_model, target, LMConfig(iterations=500)))
+    assert len(steps) < 50
+
+
+@pytest.mark.parametrize("pb_dim", [1, 128])
+def test_any_pb_dimension(tiny_model: RNNPB, pb_dim: int) -> None:
+    config = ModelConfig(num_joints=5, pb_dim=pb_dim, hidden_size=8, num_motions=3)
+    model = RNNPB(config, tiny_model.info)  # its learned mu are all 0
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9])
+    steps = list(recognize_lm(model, target, LMConfig(iterations=5)))
+    assert steps[-1].mu_next.shape == (3, pb_dim)
+    assert all(np.isfinite(step.sigma_next).all() for step in steps)
+    assert min(step.loss.min() for step in steps) < 0.9 * steps[0].loss.min()
+
+
+def test_bad_input_is_refused_before_the_first_step(tiny_model: RNNPB) -> None:
+    with pytest.raises(InputError, match=r"shape \(10, 4\)"):
+        recognize_lm(tiny_model, np.zeros((10, 4)))
+    with pytest.raises(InputError, match="starts must be at least 1"):
+        LMConfig(starts=0)
+    with pytest.raises(InputError, match="observed must be a share"):
+        LMConfig(observed=0)
