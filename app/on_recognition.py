@@ -151,7 +151,7 @@ def stepped(facts: Facts, state: AppState, intent: do.RecognitionStepped) -> Upd
 
 
 def finished(facts: Facts, state: AppState, intent: do.RecognitionFinished) -> Update:
-    """Go to the best iterate of all trials and have its landscape drawn."""
+    """Go to the best PB sampled in all trials, as the early update does, and draw its landscape."""
     recognition = state.recognition
     if recognition.request != intent.request or recognition.status != "running":
         return state, ()
@@ -166,7 +166,13 @@ def finished(facts: Facts, state: AppState, intent: do.RecognitionFinished) -> U
         message=_best_line(trace),
     )
     state = replace(state, recognition=recognition)
-    return _show_iterate(facts, state, iteration, trial)
+    latent = replace(
+        state.models[recognition.model].latent,
+        mu=trace.pb[iteration, trial],
+        sigma=trace.sigma[iteration + 1, trial],
+        epsilon=np.zeros_like(trace.pb[iteration, trial]),
+    )
+    return show_latent(facts, state, recognition.model, latent)
 
 
 def _best_line(trace: RecognitionTrace) -> str:
