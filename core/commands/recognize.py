@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..files import check_writable, replacing
-from ..motion import read_motion
+from ..motion import Motion, read_motion
 from .command import (
     Command,
     add_checkpoint,
@@ -19,6 +21,10 @@ from .command import (
     whole,
 )
 from .progress import steps_bar
+
+if TYPE_CHECKING:
+    from ..model import RNNPB
+    from ..recognition import RecognitionStep
 
 MAX_CANDIDATES = 100_000
 MAX_ITERATIONS = 100_000
@@ -50,7 +56,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--iterations", type=whole(1, MAX_ITERATIONS), default=100)
     parser.add_argument("--trials", type=whole(1, MAX_TRIALS), default=10)
     parser.add_argument(
-        "--method", choices=("paper",), default="paper", help="the published procedure"
+        "--method",
+        choices=("paper", "lm"),
+        default="paper",
+        help="paper: the published procedure (default); lm: Levenberg-Marquardt without sampling, "
+        "its trials start from the closest learned mu",
     )
     add_seed(parser)
     add_device(parser)
@@ -68,8 +78,32 @@ def run(arguments: argparse.Namespace) -> None:
     )
 
     from ..device import choose_device
-    from ..recognition import RecognitionConfig, RecognitionResult, recognize
+    from ..recognition import RecognitionResult
 
+    model.to(choose_device(arguments.device))
+    steps = _steps(model, motion, arguments)
+    result = RecognitionResult.from_steps(steps_bar(steps, arguments.iterations, "recognising"))
+    with replacing(out) as beside:
+        result.save(beside)
+    trials, iterations = result.loss.shape
+    print(f"{trials} trials of {iterations} iterations: {out}")
+    for what in ("reconstruction_loss", "prediction_error"):
+        last, best = getattr(result, what), getattr(result, f"best_{what}")
+        print(
+            f"{what.replace('_', ' ')}: last iterate {last.mean():.6f} (sd {last.std():.6f}), "
+            f"best iterate {best.mean():.6f} (sd {best.std():.6f}), best trial {best.min():.6f}"
+        )
+
+
+def _steps(
+    model: RNNPB, motion: Motion, arguments: argparse.Namespace
+) -> Iterator[RecognitionStep]:
+    from ..recognition import RecognitionConfig, recognize
+    from ..recognition_lm import LMConfig, recognize_lm
+
+    if arguments.method == "lm":
+        lm = LMConfig(arguments.trials, arguments.observed, arguments.iterations)
+        return recognize_lm(model, motion.positions, lm)
     config = RecognitionConfig(
         init=arguments.init,
         candidates=arguments.candidates,
@@ -78,18 +112,7 @@ def run(arguments: argparse.Namespace) -> None:
         trials=arguments.trials,
         seed=arguments.seed,
     )
-    model.to(choose_device(arguments.device))
-    steps = steps_bar(recognize(model, motion.positions, config), config.iterations, "recognising")
-    result = RecognitionResult.from_steps(steps)
-    with replacing(out) as beside:
-        result.save(beside)
-    print(f"{config.trials} trials of {config.iterations} iterations: {out}")
-    for what in ("reconstruction_loss", "prediction_error"):
-        last, best = getattr(result, what), getattr(result, f"best_{what}")
-        print(
-            f"{what.replace('_', ' ')}: last iterate {last.mean():.6f} (sd {last.std():.6f}), "
-            f"best iterate {best.mean():.6f} (sd {best.std():.6f}), best trial {best.min():.6f}"
-        )
+    return recognize(model, motion.positions, config)
 
 
 COMMAND = Command("recognize", "Find the PB that explains a motion.", add_arguments, run)

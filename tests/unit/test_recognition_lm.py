@@ -15,6 +15,7 @@ from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionResult, recognize
 from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_lm
 
+from .cli_harness import Rnnpb
 from .plain import plain_generate
 
 Array = NDArray[np.float32]
@@ -128,3 +129,15 @@ def test_bad_input_is_refused_before_the_first_step(tiny_model: RNNPB) -> None:
         LMConfig(starts=0)
     with pytest.raises(InputError, match="observed must be a share"):
         LMConfig(observed=0)
+
+
+def test_as_a_command(rnnpb: Rnnpb) -> None:
+    flags = ("--method", "lm", "--trials", "2", "--iterations", "9", "--out", "R.npz")
+    outcome = rnnpb("recognize", "--ckpt", "tiny.pt", "data/rest.csv", *flags)
+    assert outcome.code == 0, outcome.err
+    target = rnnpb.target(2).positions
+    steps = recognize_lm(rnnpb.model, target, LMConfig(starts=2, iterations=9))
+    with np.load("R.npz") as saved:
+        expected = RecognitionResult.from_steps(steps)
+        np.testing.assert_allclose(saved["mu"], expected.mu, atol=1e-4)
+        assert saved["best_reconstruction_loss"].min() < saved["loss"][:, 0].min()
