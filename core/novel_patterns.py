@@ -54,8 +54,8 @@ def novel_patterns(motions: Sequence[Motion], seed: int = 0) -> tuple[Motion, ..
 def _vary(motion: Motion, random: np.random.Generator) -> Motion:
     from sklearn.decomposition import PCA  # its signs of the components matter to the shift
 
-    pca = PCA(COMPONENTS)
-    components = pca.fit_transform(motion.positions.astype(np.float64))  # (T, 5)
+    pca = PCA(min(COMPONENTS, *motion.positions.shape))
+    components = pca.fit_transform(motion.positions.astype(np.float64))  # (T, at most 5)
     frames = len(motion)
     phase = np.linspace(0.0, 2 * np.pi * SINE_FREQUENCY * frames, frames)
     components += SINE_HEIGHT * np.sin(phase)[:, None]

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -72,7 +73,8 @@ def _table(title: str, columns: Sequence[str]) -> Table:
 
 def _facts(row: Row) -> tuple[str, ...]:
     beta = "-" if row["beta"] is None else f"{row['beta']:g}"
-    return row["checkpoint"], row["behavior"], beta, str(row["pb_dim"])
+    name = "/".join(Path(row["checkpoint"]).parts[-2:])  # every published one is a model.tar
+    return name, row["behavior"], beta, str(row["pb_dim"])
 
 
 def _spread(values: Row) -> str:
