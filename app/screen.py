@@ -27,6 +27,7 @@ from .stage import FOV, camera_position, stage_for
 from .state import AppState, GeneratedMotion, ModelFacts, Notice
 
 PANEL_WIDTH = 320  # pixels
+NAME_HEIGHT = 1.32  # metres, above Pepper's head
 Send = Callable[[do.Intent], None]
 
 
@@ -68,7 +69,14 @@ class Screen:
         ]
         if len(self._facts) > 1:
             for i, (one, spot) in enumerate(zip(self._facts, self._stage.robots, strict=True)):
-                scene.add_label(f"/names/{i}", one.name, position=(spot[0], spot[1], 1.36))
+                scene.add_label(
+                    f"/names/{i}",
+                    one.name,
+                    position=(spot[0], spot[1], NAME_HEIGHT),
+                    font_size_mode="scene",
+                    font_scene_height=0.06,
+                    anchor="bottom-center",
+                )
         self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
         self.landscape_board = LandscapeView(
             scene, self._stage.landscape_board, self._facts, state, self._send

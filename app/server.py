@@ -141,10 +141,12 @@ def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[
 
 
 def model_names(checkpoints: tuple[str, ...]) -> list[str]:
-    """Short names: the file's, with the folder's where files share one, numbered where both do."""
-    names = [Path(path).stem for path in checkpoints]
-    if len(set(names)) < len(names) or "model" in names:
-        names = [f"{Path(path).parent.name}/{Path(path).stem}" for path in checkpoints]
+    """Short names: the file's, or its folder's for a published `model.tar`; numbered if equal."""
+    paths = [Path(path) for path in checkpoints]
+    names = [
+        path.parent.name if path.name == "model.tar" and path.parent.name else path.stem
+        for path in paths
+    ]
     if len(set(names)) < len(names):
         names = [f"{name} ({i})" for i, name in enumerate(names, 1)]
     return names

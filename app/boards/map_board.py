@@ -139,7 +139,8 @@ def draw_map(
     flat = y_label is None
     frame = frame or map_frame(xy, one_dimensional=flat, size=size)
     style = style or plain_points(len(xy))
-    fades = off_plane is not None
+    far_out = extrapolation is not None and extrapolation > 1
+    fades = off_plane is not None and not far_out  # the warning takes the place of that line
     static = _static(frame, x_label, y_label, title, subtitle, style.legend, fades, size)
     canvas = Canvas(static.copy())
     area = area_of(frame, size)
@@ -170,7 +171,7 @@ def draw_map(
         if path is not None:
             draw_path(canvas, area, frame, path)
         draw_labels(canvas, area, placed)
-    if extrapolation is not None and extrapolation > 1:
+    if extrapolation is not None and far_out:
         _draw_warning(canvas, area, extrapolation)
     return Board(canvas.pixels(), frame)
 
@@ -193,7 +194,7 @@ def _static(
     if y_label is None:
         y, half = float(frame.to_pixels([0.0, 0.0], size)[1]), area.scaled(4) / 2
         canvas.rectangle(area.left, y - half, area.right, y + half, AXIS)
-    draw_header(canvas, area, title, subtitle, rooms=(400.0, 500.0 if fades else 930.0))
+    draw_header(canvas, area, title, subtitle, rooms=(400.0, 500.0))
     _draw_legend(canvas, area, legend, fades)
     return canvas.image
 
@@ -296,6 +297,6 @@ def _draw_warning(canvas: Canvas, area: Area, extrapolation: float) -> None:
     k = area.scaled
     draw_border(canvas, area, WARNING, k(5))
     times = f" ×{extrapolation:.1f}" if extrapolation < 99.95 else ""
-    right, middle = area.right, area.bottom + k(78)
+    right, middle = area.right, k(114)
     text = "extrapolating" + times
     draw_chip(canvas, area, text, WARNING, WARNING_FILL, right=right, middle=middle)
