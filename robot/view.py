@@ -99,7 +99,7 @@ def setup_stage(scene: viser.SceneApi) -> None:
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map("studio", environment_intensity=0.15)
     scene.set_background_image(np.full((2, 2, 3), BACKDROP, dtype=np.uint8), format="png")
-    scene.configure_fog(near=5.0, far=13.0, color=BACKDROP)
+    scene.configure_fog(near=5.0, far=13.0, color=(172, 179, 190))
     scene.add_light_hemisphere(
         "/stage/sky", sky_color=(255, 255, 255), ground_color=(165, 170, 182), intensity=0.85
     )
@@ -107,7 +107,7 @@ def setup_stage(scene: viser.SceneApi) -> None:
         "/stage/key",
         position=(3.2, 2.2, 4.5),
         direction=(-3.2, -2.2, -3.9),
-        angle=0.55,
+        angle=0.8,
         penumbra=1.0,
         decay=0.0,
         intensity=2.1,

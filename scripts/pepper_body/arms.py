@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .joints import PHALANX, THUMB_PHALANX
-from .shapes import ALONG, Surface, body, cut, cylinder, lathe, sphere, surface, turned
+from .shapes import ALONG, Array, Surface, body, cut, cylinder, lathe, sphere, surface, turned
 
 ELBOW = 0.1812  # from shoulder to elbow, along x
 ELBOW_SIDE = 0.015
@@ -90,7 +90,13 @@ def hand() -> list[Surface]:
     thumb = sphere(0.0165, (0.042, -0.027, -0.012), 2)
     thumb.apply_scale((1, 1, 1))
     shell = surface(palm, "white", crease=40)
-    return [surface(cuff, "grey"), *shell.painted(lambda p: np.where(p[:, 0] > 0.012, p[:, 2] + 0.009, 1.0), "light"), surface(thumb, "white")]
+    return [surface(cuff, "grey"), *shell.painted(_palm, "light"), surface(thumb, "white")]
+
+
+def _palm(p: Array) -> Array:
+    """Negative on the soft inside of the hand."""
+    spot = ((p[:, 0] - 0.052) / 0.038) ** 2 + ((p[:, 1] - 0.002) / 0.034) ** 2 - 1
+    return np.where(p[:, 2] < 0, spot, 1.0)
 
 
 def phalanx(thumb: bool, last: bool) -> list[Surface]:

@@ -27,7 +27,7 @@ PALETTE = {
     "light": Paint((196, 200, 206)),
     "grey": Paint((122, 127, 135)),
     "dark": Paint((52, 55, 62)),
-    "screen": Paint((30, 36, 52), 0.15),
+    "screen": Paint((26, 31, 46), 0.55),
     "eye": Paint((16, 17, 24), 0.1),
     "glint": Paint((255, 255, 255), 0.1),
     "led": Paint((190, 225, 255)),

@@ -7,10 +7,11 @@ import trimesh
 
 from .shapes import ALONG, MIRROR_Y, Array, Surface, body, cut, lathe, loft, sphere, surface
 
-EYE = np.array([0.092, 0.042, 0.114])  # on the face, left
+EYE = np.array([0.0915, 0.0415, 0.114])  # on the face, left
 EYE_TURN = 24.0  # degrees that an eye looks outwards
 EYE_TILT = 3.0  # degrees that it looks up
 LEDS = 8
+EYE_SIZE = 1.12
 
 
 def neck() -> list[Surface]:
@@ -36,7 +37,7 @@ def head() -> list[Surface]:
         (0.2190, 0.004, 0.004, 0.004, 0.001),
     ]
     solid = body(stations, rings=32, sides=56, power=2.15)
-    holes = [sphere(0.027, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3) for side in (1, -1)]
+    holes = [sphere(0.0300, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3) for side in (1, -1)]
     shell = surface(cut(solid, *holes), "white", crease=30)
     parts: list[Surface] = []
     for part in shell.painted(_cap, "light"):
@@ -49,12 +50,11 @@ def head() -> list[Surface]:
 
 def _cap(p: Array) -> Array:
     """Negative on the panel that runs over the top and down the back of the head."""
-    x, y, z = p[:, 0], np.abs(p[:, 1]), p[:, 2]
-    width = 0.066 - 0.35 * np.clip(x + 0.01, 0, 0.3) - 0.25 * np.clip(0.11 - z, 0, 1)
-    sides = y - width
-    front = x - 0.055
-    bottom = 0.060 - z
-    return np.maximum(np.maximum(sides, front), bottom)
+    x, y, z = p[:, 0], p[:, 1], p[:, 2]
+    width = 0.066 - 0.25 * np.clip(0.11 - z, 0, 0.06)
+    ahead = np.clip(x + 0.02, 0, None) / 0.082
+    bottom = (0.062 - z) / 0.03
+    return np.maximum(np.sqrt((y / width) ** 2 + ahead**2) - 1, bottom)
 
 
 def _eye_place(side: int) -> Array:
@@ -72,21 +72,22 @@ def _eye_hole(p: Array) -> Array:
     for side in (1, -1):
         place = _eye_place(side)
         center = place[:3, 3] + 0.013 * place[:3, 0]
-        distances.append(np.linalg.norm(p - center, axis=1) - 0.0272)
+        distances.append(np.linalg.norm(p - center, axis=1) - 0.0302)
     return np.minimum(*distances)
 
 
 def eye(side: int) -> list[Surface]:
     """A glossy black eyeball with a small light in it; the LED ring is a link of its own."""
     place = _eye_place(side)
-    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=10, sides=28)
-    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=40)
-    glint = sphere(0.0032, (0.0045, side * -0.0055 * 0 + 0.0055, 0.0065), 1)
+    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=10, sides=28).apply_scale(EYE_SIZE)
+    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=40).apply_scale(EYE_SIZE)
+    glint = sphere(0.0034, (0.0075, 0.0055, 0.0070), 1)
     out = []
-    for mesh, color in ((ball, "eye"), (rim, "white")):
+    bed = lathe([(0.015, -0.008), (0.0236, -0.008), (0.0236, 0.0008), (0.0165, 0.0018), (0.015, 0.0)], sides=40)
+    bed.apply_scale(EYE_SIZE)
+    for mesh, color in ((ball, "eye"), (rim, "white"), (bed, "dark")):
         out.append(surface(mesh.apply_transform(ALONG["x"]), color).moved(place))
-    glint.apply_scale((0.5, 1, 1))
-    glint.apply_translation((0.0022, 0, 0))
+    glint.apply_translation((-0.0022, 0, 0))
     out.append(surface(glint, "glint").moved(place))
     return out
 
@@ -100,22 +101,22 @@ def eye_led_place(side: int, index: int) -> Array:
 
 def eye_led() -> list[Surface]:
     """One segment of an LED ring, at the top of the eye."""
-    half = np.radians(180 / LEDS - 1.6)
+    half = np.radians(180 / LEDS - 2.2)
     t = np.linspace(-half, half, 7)
     section = [(0.0168, -0.002), (0.0168, 0.0022), (0.0178, 0.0032), (0.0222, 0.0016), (0.0228, -0.002)]
     rings = [np.array([(x, -r * np.sin(a), r * np.cos(a)) for r, x in section[::-1]]) for a in t]
-    return [surface(loft(rings), "led", crease=30)]
+    return [surface(loft(rings).apply_scale(EYE_SIZE), "led", crease=30)]
 
 
 def ear() -> list[Surface]:
     """The speaker of the left ear: a ring, and grooves around a hub."""
     ring = lathe([(0.028, -0.010), (0.0375, -0.010), (0.0385, 0.004), (0.0365, 0.0085), (0.0330, 0.0095), (0.0305, 0.0075), (0.0300, 0.002), (0.028, 0.0)], sides=40)
-    dish = [(0.0305, -0.004), (0.0305, 0.0035)]
+    dish = [(0.0305, -0.004), (0.0305, 0.0045)]
     for r in (0.027, 0.0215, 0.016):
-        dish += [(r + 0.0018, 0.0035), (r + 0.0009, 0.0015), (r - 0.0009, 0.0015), (r - 0.0018, 0.0035)]
-    dish += [(0.011, 0.0035), (0.0095, 0.0052), (0.005, 0.0062), (0.0001, 0.0064)]
+        dish += [(r + 0.0018, 0.0062), (r + 0.0010, 0.0042), (r - 0.0010, 0.0042), (r - 0.0018, 0.0062)]
+    dish += [(0.011, 0.0062), (0.0095, 0.0080), (0.005, 0.0088), (0.0001, 0.0090)]
     place = ALONG["y"].copy()
-    place[:3, 3] = (-0.006, 0.0965, 0.116)
+    place[:3, 3] = (-0.006, 0.0985, 0.116)
     return [
         surface(ring, "white", crease=35).moved(place),
         surface(lathe(dish, sides=40), "grey", crease=35).moved(place),
@@ -125,11 +126,11 @@ def ear() -> list[Surface]:
 def mouth() -> list[Surface]:
     """A small smiling slit."""
     t = np.linspace(-1, 1, 15)
-    bend = np.column_stack([0.0978 - 0.006 * t**2, 0.013 * t, 0.0500 + 0.0028 * t**2])
+    bend = np.column_stack([0.0968 - 0.0022 * t**2, 0.0135 * t, 0.0490 + 0.0038 * t**2])
     angle = np.linspace(0, 2 * np.pi, 10, endpoint=False)
     rings = []
     for point, s in zip(bend, t, strict=True):
-        r = 0.0019 * np.sqrt(max(1 - s**2, 0.02))
+        r = 0.0016 * np.sqrt(max(1 - s**2, 0.02))
         rings.append(point + np.column_stack([r * np.cos(angle), 0 * angle, -r * np.sin(angle)]))
     return [surface(loft(rings), "dark", crease=60)]
 

@@ -7,6 +7,7 @@ inside the other, so that they slide past each other at every angle.
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 
 from .shapes import (
     Array,
@@ -26,9 +27,10 @@ from .shapes import (
 
 KNEE_RADIUS = 0.074  # the skirt's round top, about the knee's axis
 HIP_RADIUS = 0.070  # the thigh's lobes, about the axis of the hip's pitch
-WAIST_RADIUS = 0.039  # the waist's round top, about the axis of the hip's roll
+WAIST_RADIUS = 0.051  # the ball that carries the torso, about the middle of the hip's roll
 GAP = 0.003
 HIP = 0.268  # height of the hip above the knee
+SLOT = ((0.206, 0.010), (0.26, 0.036), (0.30, 0.044), (0.40, 0.050))  # height, half width
 ROLL = 0.079  # height of the roll axis above the hip
 SHOULDER = np.array([-0.057, 0.14974, 0.22582])
 
@@ -71,13 +73,14 @@ def _arch(curve: Array, z: float) -> Array:
     """The lower rim rises a little between the wheels."""
     angle = np.arctan2(curve[:, 1], curve[:, 0])
     between = 0.5 + 0.5 * np.cos(3 * angle)  # 1 ahead and on both sides behind, 0 at the wheels
-    return 0.016 * between**2 * np.clip((-0.2 - z) / 0.1, 0, 1)
+    return 0.012 * between**2 * np.clip((-0.2 - z) / 0.1, 0, 1)
 
 
 def _front_seam(p: Array) -> Array:
-    """Negative on a band that runs up the front, wide below."""
-    width = 0.006 + 0.11 * np.clip((-0.165 - p[:, 2]) / 0.1, 0, 1) ** 1.5
-    return np.where(p[:, 0] > 0, np.abs(p[:, 1]) - width, 1.0)
+    """Negative on a line that runs up the front from an arch between the front wheels."""
+    y, z = np.abs(p[:, 1]), p[:, 2]
+    arch = z - (-0.172 - 0.10 * (y / 0.17) ** 2.4)
+    return np.where(p[:, 0] > 0, np.minimum(y - 0.0035, np.maximum(arch, y - 0.172)), 1.0)
 
 
 def thigh() -> list[Surface]:
@@ -98,28 +101,24 @@ def thigh() -> list[Surface]:
         (0.338, 0.006, 0.006, 0.030, 0.000),
     ]
     solid = body(stations, rings=32, sides=48, power=2.2)
-    slot = loft([
-        np.array([(x, y * w, z) for x, y in ((0.2, -1), (0.2, 1), (-0.2, 1), (-0.2, -1))])
-        for z, w in ((0.19, 0.004), (0.26, 0.036), (0.30, 0.044), (0.40, 0.050))
-    ])  # fmt: skip
-    core = body([(z, 0.050, 0.045, 0.03, 0.0) for z in (0.18, 0.24)], rings=4, sides=24)
+    slot = loft(
+        [
+            np.array([(x, y * w, z) for x, y in ((0.2, -1), (0.2, 1), (-0.2, 1), (-0.2, -1))])
+            for z, w in SLOT
+        ]
+    )
     knee = cylinder("y", KNEE_RADIUS + GAP, 0.3)
     shell = surface(cut(solid, slot, knee), "white", crease=30)
-    inner = surface(
-        trimesh_clip(solid), "grey", crease=30
-    )
-    parts = [inner, surface(core, "grey")]
-    parts += shell.painted(_thigh_seam, "light")
+    parts: list[Surface] = []
+    for part in shell.painted(_slot, "dark"):
+        parts += part.painted(_thigh_seam, "light") if part.color == "white" else [part]
     return parts
 
 
-def trimesh_clip(solid):
-    """The thigh's dark core, seen through the slot: the same body a little smaller."""
-    core = solid.copy()
-    core.apply_translation((0, 0, -HIP)).apply_scale((0.90, 0.90, 0.96)).apply_translation((0, 0, HIP))
-    lid = box((0.4, 0.4, 0.4), (0, 0, HIP - 0.03 + 0.2))
-    floor = box((0.4, 0.4, 0.2), (0, 0, 0.0))
-    return cut(core, lid, floor)
+def _slot(p: Array) -> Array:
+    """Negative on the walls of the slot."""
+    heights, widths = np.array(SLOT).T
+    return np.abs(p[:, 1]) - np.interp(p[:, 2] + 2e-4, heights, widths + 3e-4, left=-1.0)
 
 
 def _thigh_seam(p: Array) -> Array:
@@ -130,23 +129,22 @@ def pelvis() -> list[Surface]:
     """The waist between thigh and torso; the axis of the hip's pitch is the origin."""
     barrel = cylinder("y", HIP_RADIUS - 0.004, 0.040, sections=72)
     stations = [
-        (-0.02, 0.045, 0.045, 0.036, 0.0),
-        (0.030, 0.047, 0.047, 0.036, 0.0),
-        (0.065, 0.044, 0.043, 0.036, 0.0),
-        (0.090, 0.043, 0.042, 0.037, 0.0),
-        (0.140, 0.043, 0.042, 0.037, 0.0),
+        (-0.02, 0.048, 0.048, 0.037, 0.0),
+        (0.020, 0.050, 0.050, 0.037, 0.0),
+        (0.040, 0.046, 0.046, 0.037, 0.0),
+        (0.065, 0.045, 0.045, 0.043, 0.0),
     ]
-    column = body(stations, rings=20, sides=40, power=2.4)
-    above = cut(box((0.3, 0.3, 0.2), (0, 0, ROLL + 0.1)), cylinder("x", WAIST_RADIUS, 0.2, (0, 0, ROLL)))
-    return [surface(barrel, "grey", crease=30), surface(cut(column, above), "grey", crease=30)]
+    column = body(stations, rings=12, sides=40, power=2.4)
+    ball = sphere(WAIST_RADIUS, (0, 0, ROLL), 3)
+    return [surface(s, "grey", crease=30) for s in (barrel, column, ball)]
 
 
 def torso() -> list[Surface]:
     """From the waist to the neck, with the tablet; the axis of the hip's roll is the origin."""
     stations = [
         # z, ahead, behind, side, center
-        (-0.006, 0.050, 0.047, 0.054, 0.000),
-        (0.000, 0.054, 0.051, 0.059, 0.000),
+        (-0.010, 0.0535, 0.0525, 0.0535, 0.000),
+        (-0.006, 0.0560, 0.0545, 0.0570, 0.000),
         (0.030, 0.062, 0.056, 0.070, 0.000),
         (0.080, 0.074, 0.064, 0.086, 0.000),
         (0.130, 0.086, 0.080, 0.098, -0.003),
@@ -160,7 +158,7 @@ def torso() -> list[Surface]:
     ]
     solid = body(stations, rings=36, sides=52, power=2.25)
     sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 3) for s in (1, -1)]
-    waist = cylinder("x", WAIST_RADIUS + GAP, 0.3)
+    waist = sphere(WAIST_RADIUS + 0.002, (0, 0, 0), 3)
     shell = surface(cut(solid, waist, *sockets), "white", crease=30)
     parts: list[Surface] = []
     for part in shell.painted(_socket, "grey"):
@@ -171,20 +169,19 @@ def torso() -> list[Surface]:
 
 
 def _socket(p: Array) -> Array:
-    """Negative on the round sockets of the shoulders and on the cut above the waist."""
-    distance = np.linalg.norm(np.abs(p * (1, 1, 1)) * (1, 1, 1) - np.abs(SHOULDER) * (1, 1, 1), axis=1)
+    """Negative on the round sockets of the shoulders and of the waist."""
     at = np.column_stack([p[:, 0], np.abs(p[:, 1]), p[:, 2]]) - SHOULDER
     shoulder = np.linalg.norm(at, axis=1) - 0.0478
-    waist = np.hypot(p[:, 1], p[:, 2]) - (WAIST_RADIUS + GAP + 3e-4)
+    waist = np.linalg.norm(p, axis=1) - (WAIST_RADIUS + 0.0022)
     return np.minimum(shoulder, waist)
 
 
 def _side_panel(p: Array) -> Array:
     """Negative under the arms: the panel between the front and the back shell."""
-    y = np.abs(p[:, 1])
-    line = p[:, 0] + 0.030 + 0.10 * (p[:, 2] - 0.1)
-    width = 0.010 + 0.11 * np.clip(p[:, 2] - 0.02, 0, 1)
-    return np.where((y > 0.02) & (p[:, 2] < 0.27), np.abs(line) - width, 1.0)
+    x, y, z = p[:, 0], np.abs(p[:, 1]), p[:, 2]
+    middle = -0.030 - 0.10 * (z - 0.1)
+    width = 0.008 + 0.12 * np.clip(z - 0.03, 0, 0.17)
+    return np.where((y > 0.03) & (z < 0.235), np.abs(x - middle) - width, 1.0)
 
 
 def tablet() -> list[Surface]:
