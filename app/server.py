@@ -93,6 +93,8 @@ class App:
         )
         with self._lock:
             self.sessions[client.client_id] = session
+        if client.client_id not in self._server.get_clients():
+            self._disconnected(client)  # it went before there was a session to close
 
     def _disconnected(self, client: viser.ClientHandle) -> None:
         with self._lock:
