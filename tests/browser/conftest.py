@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rnnpb_explorer.app.server import App
 
 HERE = Path(__file__).parent
+FRAME = 40
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -40,12 +41,15 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def app() -> Iterator[App]:
-    """The app on the shipped checkpoint, on a free port, without any data set."""
+    """The app on the shipped checkpoint, without any data set.
+
+    It opens paused: a robot that plays keeps a software renderer busy all the time.
+    """
     if "strong" not in shipped_checkpoints():
         pytest.skip("checkpoints/strong.pt is not there")
     from rnnpb_explorer.app.server import ServerOptions, start
 
-    running = start(ServerOptions(port=0))
+    running = start(ServerOptions(port=0, frame=FRAME))
     yield running
     running.stop()
 
@@ -55,8 +59,8 @@ def open_explorer(browser: Browser, app: App, request: pytest.FixtureRequest) ->
     """Open windows with the app; each is photographed and closed after the test."""
     opened: list[ExplorerPage] = []
 
-    def open_page(width: int = 1280, height: int = 720) -> ExplorerPage:
-        opened.append(ExplorerPage.open(browser, app.url, width, height))
+    def open_page(width: int = 1280, height: int = 720, resolution: float = 0.5) -> ExplorerPage:
+        opened.append(ExplorerPage.open(browser, app.url, width, height, resolution))
         return opened[-1]
 
     yield open_page

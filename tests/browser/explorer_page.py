@@ -8,7 +8,7 @@ What viser 1.1.1's page offers, as found by looking:
   has them: tests see what arrived, not what was sent.
 * A slider is a number field beside a track; typing there sets the value at each keystroke.
 * A file input hides before each upload button. Notifications have the role `alert`.
-* Rendering is on demand; `?fixedDpr=1` keeps the resolution from falling on a slow machine.
+* Rendering is on demand, and in software slow: `?fixedDpr=0.5` draws the scene at half resolution.
 * Every tab of a tab group is in the page, only the chosen one is visible.
 """
 
@@ -32,7 +32,6 @@ from playwright.sync_api import Browser, ConsoleMessage, FilePayload, Locator, P
 from rnnpb_explorer.app.screenshot import (
     CANVAS,
     LANDSCAPE_COMPLETE,
-    URL_QUERY,
     wait_until_ready,
 )
 
@@ -67,17 +66,20 @@ _POSES = """(prefix) => Object.fromEntries(
         .filter(([name, node]) => node && name.startsWith(prefix))
         .map(([name, { quaternion, position }]) =>
             [name, [...quaternion.toArray(), ...position.toArray()]]))"""
+# viser sets every object's visibility anew in each frame, from here.
 _SET_VISIBLE = """([name, visible]) => {
-    window.__viserMutable.nodeRefFromName[name].visible = visible;
+    window.__viserSceneTree.getState()[name].overrideVisibility = visible ? undefined : false;
     window.__viserMutable.requestRender();
 }"""
 _TWO_FRAMES = """() => new Promise((done) => {
     window.__viserMutable.requestRender();
-    requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done())));
+    requestAnimationFrame(() => requestAnimationFrame(() => done()));
 })"""
+# Chromium's word on how viser's page listens to a drag; nothing in it is the app's.
+_VISERS_OWN_ERROR = "Unable to preventDefault inside passive event listener invocation."
 _LANDSCAPE = re.compile(r"^Landscape ")
 _CAMERA = "() => window.__viserMutable.camera.matrixWorld.toArray()"
-_TOPMOST = "([x, y]) => document.elementFromPoint(x, y)?.tagName"
+_TOPMOST = "(points) => points.map(([x, y]) => document.elementFromPoint(x, y)?.tagName)"
 
 
 def differing(first: Pixels, second: Pixels, by: int = 8) -> Mask:
@@ -104,22 +106,30 @@ class ExplorerPage:
     """One browser window with the app in it."""
 
     page: Page
+    resolution: float  # pixels of the canvas for one of the page
     console_errors: list[str] = field(default_factory=list)
 
     @classmethod
-    def open(cls, browser: Browser, url: str, width: int = 1280, height: int = 720) -> ExplorerPage:
+    def open(
+        cls,
+        browser: Browser,
+        url: str,
+        width: int = 1280,
+        height: int = 720,
+        resolution: float = 0.5,
+    ) -> ExplorerPage:
         """A window of its own (nothing shared with others), ready to be used."""
         context = browser.new_context(viewport={"width": width, "height": height})
         context.set_default_timeout(TIMEOUT_MS)
-        explorer = cls(context.new_page())
+        explorer = cls(context.new_page(), resolution)
         explorer.page.on("console", explorer._note_console)
         explorer.page.on("pageerror", lambda error: explorer.console_errors.append(str(error)))
-        explorer.page.goto(url + URL_QUERY)
+        explorer.page.goto(f"{url}?fixedDpr={resolution}")
         explorer.wait_ready()
         return explorer
 
     def _note_console(self, message: ConsoleMessage) -> None:
-        if message.type == "error":
+        if message.type == "error" and message.text != _VISERS_OWN_ERROR:
             self.console_errors.append(message.text)
 
     def wait_ready(self) -> None:
@@ -134,14 +144,14 @@ class ExplorerPage:
 
     # --- what one sees ---
     def canvas_pixels(self) -> Pixels:
-        """(height, width, 3): the 3D canvas without the panels."""
-        self.page.evaluate(_TWO_FRAMES)
+        """(height, width, 3): the 3D canvas without the panels, as last drawn."""
         url: str = self.page.locator(CANVAS).evaluate("(canvas) => canvas.toDataURL('image/png')")
         png = base64.b64decode(url.partition(",")[2])
         return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(np.int16)
 
     def still_pixels(self) -> Pixels:
         """The canvas once it has come to rest; the robot must be paused."""
+        self.page.evaluate(_TWO_FRAMES)
         return self._at_rest(self.canvas_pixels, np.array_equal, "the canvas")
 
     def still_poses(self, prefix: str) -> Poses:
@@ -153,7 +163,7 @@ class ExplorerPage:
         self._at_rest(look, np.allclose, "the camera")
 
     def _at_rest(self, look: Callable[[], T], same: Callable[[T, T], bool], what: str) -> T:
-        """What three looks in a row see; viser's messages are at least 50 ms apart, the looks 80."""
+        """What three looks in a row see: 80 ms apart, where viser's messages are 50."""
         seen = [look()]
         for _ in range(100):
             self.page.wait_for_timeout(80)
@@ -189,13 +199,15 @@ class ExplorerPage:
         """The canvas' pixels that a square board with this side (metres) fills."""
         left, top, _, _ = self.canvas_box()
         corners = np.array(self.corners(node, (side, side))) - (left, top)
+        corners *= self.resolution
         low = np.ceil(corners.min(axis=0)).astype(int)
         high = np.floor(corners.max(axis=0)).astype(int)
         return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
 
-    def topmost(self, point: Point) -> str:
-        """The tag of what lies on top at a point of the page; CANVAS where no panel covers it."""
-        return str(self.page.evaluate(_TOPMOST, list(point)))
+    def topmost(self, points: list[Point]) -> list[str]:
+        """The tags of what lies on top at points of the page; CANVAS where no panel covers it."""
+        found: list[str] = self.page.evaluate(_TOPMOST, [list(point) for point in points])
+        return found
 
     def landscape_text(self) -> str:
         """The line that says how far the landscape is, with its numbers."""
@@ -231,10 +243,6 @@ class ExplorerPage:
         """Press a hotkey, with no widget in focus."""
         self.page.evaluate("() => document.activeElement?.blur()")
         self.page.keyboard.press(key)
-
-    def pause(self) -> None:
-        self.click("Pause")
-        self.button("Play").wait_for()
 
     def seek(self, frame: int, robot: str) -> None:
         """Go to a frame and wait until the robot stands as it should there."""
@@ -298,4 +306,4 @@ class ExplorerPage:
         raise AssertionError(f"{otherwise} after {TIMEOUT_MS / 1000:g} s")
 
 
-Open = Callable[..., ExplorerPage]  # (width=1280, height=720)
+Open = Callable[..., ExplorerPage]  # (width=1280, height=720, resolution=0.5)

@@ -18,7 +18,6 @@ ITERATIONS = 30
 
 @pytest.fixture
 def recognising(explorer: ExplorerPage) -> ExplorerPage:
-    explorer.pause()
     explorer.tab("Recognise")
     return explorer
 

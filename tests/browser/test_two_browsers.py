@@ -9,10 +9,6 @@ ROBOT = "/robot-0"
 
 def test_two_browsers_do_not_disturb_each_other(open_explorer: Open) -> None:
     first, second = open_explorer(), open_explorer()
-    for explorer in (first, second):
-        explorer.tab("Explore")
-        explorer.pause()
-        explorer.seek(30, ROBOT)
     pose, pixels = second.still_poses(ROBOT), second.still_pixels()
     value = second.value("μ 2")
     first_pose = first.still_poses(ROBOT)
