@@ -53,6 +53,7 @@ class Session:
         self._queue: queue.SimpleQueue[do.Intent | None] = queue.SimpleQueue()
         self._idle = threading.Condition()
         self._screen: Screen | None = None
+        self._shown: AppState | None = None  # the last state that is on the screen
         self._motions = Lane("motions", computations.generate, self.send, _failure)
         self._landscapes = Lane("landscapes", computations.landscape, self.send, _failure)
         self._recognitions = Lane("recognitions", computations.recognise, self.send, _failure)
@@ -79,7 +80,7 @@ class Session:
         """Wait until a state that fulfils the condition was shown; for tests and screenshots."""
         with self._idle:
             return self._idle.wait_for(
-                lambda: self._screen is not None and condition(self.state), timeout
+                lambda: self._shown is not None and condition(self._shown), timeout
             )
 
     def screen_position(self, name: str) -> tuple[float, float]:
@@ -136,6 +137,7 @@ class Session:
             self._screen.show(self.state)
             self._keep(self.state)
             with self._idle:
+                self._shown = self.state
                 self._idle.notify_all()
 
     def _drain(self, wait: float) -> list[do.Intent]:
