@@ -17,6 +17,8 @@ PACKAGES := core robot app static checkpoints
 explore: $(VENV)/installed
 	@exec $(BIN)/rnnpb-explorer $(ARGS)
 
+# The commands do the same for themselves (core/threads.py): threads that wait do not spin.
+test: export OMP_WAIT_POLICY ?= PASSIVE
 test: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest $(ARGS)
 

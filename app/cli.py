@@ -9,11 +9,13 @@ import threading
 from collections.abc import Sequence
 
 from ..core.errors import InputError
+from ..core.threads import wait_without_spinning
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the server; 0 when it was asked to end, 2 on bad input."""
     arguments = _parser().parse_args(argv)
+    wait_without_spinning()
     # Imported late, so that --help and a wrong flag answer at once.
     from .server import ServerOptions, start
 

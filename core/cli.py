@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from .commands import COMMANDS
 from .commands.command import Command, Parser
 from .errors import InputError
+from .threads import wait_without_spinning
 
 SUCCESS, FAULT, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 
@@ -22,6 +23,7 @@ SUCCESS, FAULT, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 def main(argv: Sequence[str] | None = None, commands: Sequence[Command] = COMMANDS) -> int:
     """Run one command and return the exit code; nothing is raised for bad input."""
     argv = sys.argv[1:] if argv is None else argv
+    wait_without_spinning()
     called = "rnnpb"
     try:
         arguments = build_parser(commands).parse_args(_join_negative_numbers(argv))
