@@ -79,7 +79,7 @@ class LandscapeView:
             y_label=where.labels[1] if len(where.labels) > 1 else None,
             window=window_label(facts, state),
             note=f"target: {target_label(facts, state)}",
-            learned=(float(learned[0]), float(learned[1])) if len(learned) > 1 else None,
+            learned=(float(learned[0]), float(learned[1]) if len(learned) > 1 else 0.0),
             path=recognition_path(state, lambda mu: on_landscape(facts, state, mu)),
         )
 
