@@ -1,0 +1,333 @@
+"""The whole app behind its wire: what a browser sends, and what becomes of it; no page is drawn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from rnnpb_explorer.app.server import App, ServerOptions, start
+from rnnpb_explorer.app.session import Session
+from rnnpb_explorer.app.state import AppState
+from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
+from rnnpb_explorer.core.data import PEPPER_JOINTS
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
+from rnnpb_explorer.core.motion import Motion, format_motion
+
+from .wire_browser import TIMEOUT, WireBrowser
+
+NAMES = ("wave", "bow", "rest")
+
+
+def save_model(path: Path, *, pb_dim: int = 3, names: tuple[str, ...] = NAMES) -> Path:
+    """A checkpoint of random weights that moves Pepper's joints."""
+    info = ModelInfo(joints=PEPPER_JOINTS, motions=names, lengths=(12, 9, 15)[: len(names)])
+    config = ModelConfig(num_joints=17, pb_dim=pb_dim, hidden_size=16, num_motions=len(names))
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(pb_dim)
+        model = RNNPB(config, info)
+        torch.nn.init.normal_(model.mu)
+        torch.nn.init.normal_(model.log_var, mean=-2.0, std=0.5)
+    save_checkpoint(model, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return save_model(tmp_path_factory.mktemp("models") / "tiny.pt")
+
+
+@pytest.fixture(scope="module")
+def app(checkpoint: Path) -> Iterator[App]:
+    running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
+    yield running
+    running.stop()
+
+
+Open = Callable[..., tuple[WireBrowser, Session]]
+
+
+@pytest.fixture
+def open_browser(app: App) -> Iterator[Open]:
+    """Open browsers, each with the session that serves it, its screen complete."""
+    opened: list[WireBrowser] = []
+
+    def open_one(
+        storage: dict[str, str] | None = None, of: App = app
+    ) -> tuple[WireBrowser, Session]:
+        before = set(of.sessions)
+        browser = WireBrowser(of.url, storage)
+        opened.append(browser)
+        browser.widget("Motion")  # the session builds its screen
+        session = of.sessions[max(set(of.sessions) - before)]
+        until(session, complete)
+        return browser, session
+
+    yield open_one
+    for browser in opened:
+        browser.leave()
+
+
+def until(session: Session, condition: Callable[[AppState], bool]) -> None:
+    """Wait until a state that fulfils the condition has been shown."""
+    assert session.wait_for(condition, TIMEOUT)
+
+
+def complete(state: AppState) -> bool:
+    """Whether all that this state wants has been computed."""
+    return all(
+        model.motion is not None
+        and model.motion.request == model.motion_request
+        and model.landscape is not None
+        and model.landscape.request == model.landscape_request
+        and model.landscape.values.complete
+        for model in state.models
+    )
+
+
+def shown(app: App, state: AppState) -> list[str]:
+    """The motion that each model shows."""
+    pairs = zip(app.facts, state.models, strict=True)
+    return [facts.motions[model.latent.motion] for facts, model in pairs]
+
+
+def upload(browser: WireBrowser, motion: Motion, name: str = "mine.csv") -> None:
+    browser.upload("Upload CSV", name, format_motion(motion).encode())
+
+
+@pytest.fixture(scope="module")
+def target(checkpoint: Path) -> Motion:
+    """A motion that the model can make: its third one, a little longer."""
+    model = load_checkpoint(checkpoint)
+    with torch.inference_mode():
+        positions = model.generate(model.mu[2:3], 20)[0].numpy()
+    return Motion("mine", PEPPER_JOINTS, positions)
+
+
+# --- one browser ---
+def test_the_screen_opens_with_a_motion_that_plays(open_browser: Open, app: App) -> None:
+    browser, session = open_browser()
+    assert browser.widget("Motion")["value"] == "wave"
+    assert browser.widget("μ 1")["value"] == pytest.approx(app.facts[0].mu[0, 0], abs=0.01)
+    until(session, lambda state: state.playback.phase > 0)
+    assert "/boards/map" in browser.nodes
+    assert "/boards/landscape" in browser.nodes
+    assert any(name.startswith("/robot-0/") for name in browser.nodes)
+
+
+def test_the_robot_moves_on_the_screen(open_browser: Open) -> None:
+    browser, session = open_browser()
+    browser.command("Play or pause")
+    until(session, lambda state: not state.playback.playing)
+    browser.set("Frame", 3)
+    until(session, lambda state: state.playback.phase == pytest.approx(3 / 11))
+    before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
+    browser.set("Frame", 9)
+    browser.wait_for(
+        lambda: any(node.get("wxyz") != before.get(name) for name, node in browser.nodes.items())
+    )
+    moved = [n for n, node in browser.nodes.items() if node.get("wxyz") != before.get(n)]
+    assert all(name.startswith("/robot-0/") for name in moved)
+
+
+def test_a_slider_moves_mu_and_the_motion(open_browser: Open) -> None:
+    browser, session = open_browser()
+    assert session.state.current.motion is not None
+    before = session.state.current.motion.positions
+    browser.set("μ 2", 0.5)
+    until(session, lambda state: state.current.latent.mu[1] == 0.5 and complete(state))
+    assert not np.allclose(session.state.current.motion.positions, before)
+
+
+def test_a_drag_on_the_map_moves_the_puck_to_the_pointer(open_browser: Open, app: App) -> None:
+    browser, session = open_browser()
+    board = app.facts[0].latent_map
+    before = board.project(session.state.current.latent.mu)
+    node = browser.nodes["/boards/map"]
+    place = node["position"]
+    through = [(place[0], place[1] + y, place[2]) for y in (0.0, 0.05, 0.1)]
+    browser.drag("/boards/map", *through)
+    until(session, lambda state: len(state.undo) == 1 and complete(state))
+    after = board.project(session.state.current.latent.mu)
+    assert not np.allclose(after[:2], before[:2])
+    np.testing.assert_allclose(after[2:], before[2:], atol=1e-9)
+    at = np.array(browser.nodes["/boards/map-puck"]["position"])
+    eye = np.array([4.0, 0.0, 1.0])
+    ray = np.array(through[-1]) - eye
+    pointer = eye + (at[0] - eye[0]) / ray[0] * ray
+    np.testing.assert_allclose(at[1:], pointer[1:], atol=0.01)
+    browser.command("Undo")
+    until(session, lambda state: not state.undo)
+    np.testing.assert_allclose(board.project(session.state.current.latent.mu), before)
+
+
+def test_a_motion_is_chosen_from_the_list(open_browser: Open, app: App) -> None:
+    browser, session = open_browser()
+    browser.set("Motion", "rest")
+    until(session, lambda state: state.current.latent.motion == 2 and complete(state))
+    assert session.state.current.latent.mu.tolist() == app.facts[0].mu[2].tolist()
+    browser.wait_for(lambda: browser.widget("Frame")["max"] == 14)
+
+
+def test_an_upload_is_recognised(open_browser: Open, target: Motion) -> None:
+    browser, session = open_browser()
+    upload(browser, target)
+    until(session, lambda state: state.recognition.target is not None)
+    assert session.state.recognition.target is not None
+    np.testing.assert_array_equal(session.state.recognition.target.positions, target.positions)
+    browser.set("Iterations", 10)
+    until(session, lambda state: state.recognition.iterations == 10)
+    browser.press("Start")
+    until(session, lambda state: state.recognition.status == "finished" and complete(state))
+    trace = session.state.recognition.trace
+    assert trace is not None
+    assert trace.iterations == 10
+    browser.wait_for(lambda: bool(browser.widget("Iteration")["visible"]))
+
+
+def test_a_failed_upload_leaves_the_target_and_the_session(
+    open_browser: Open, target: Motion
+) -> None:
+    browser, session = open_browser()
+    upload(browser, target)
+    until(session, lambda state: state.recognition.target is not None)
+    kept = session.state.recognition.target
+    browser.upload("Upload CSV", "bad.csv", b"HeadYaw,HeadPitch\n1,2\n")
+    browser.wait_for(lambda: any("bad.csv" in notice for notice in browser.notices))
+    assert session.state.recognition.target is kept
+    browser.set("μ 1", 0.25)
+    until(session, lambda state: state.current.latent.mu[0] == 0.25)
+
+
+def test_a_code_of_the_screen_restores_it(open_browser: Open) -> None:
+    browser, session = open_browser()
+    browser.set("μ 3", 0.75)
+    until(session, lambda state: state.current.latent.mu[2] == 0.75)
+    browser.press("Show the code of this screen")
+    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb1-"))
+    code = browser.widget("Code")["value"]
+    other, other_session = open_browser()
+    other.set("Code", code)
+    other.press("Restore from the code")
+    until(other_session, lambda state: state.current.latent.mu[2] == 0.75)
+
+
+def test_nonsense_for_a_code_is_a_notice(open_browser: Open) -> None:
+    browser, session = open_browser()
+    browser.set("Code", "nonsense")
+    browser.press("Restore from the code")
+    browser.wait_for(lambda: any("not a state code" in notice for notice in browser.notices))
+    assert session.state.undo == ()
+
+
+# --- several browsers ---
+def test_each_browser_has_a_session_of_its_own(open_browser: Open) -> None:
+    (one, first), (_, second) = open_browser(), open_browser()
+    before = second.state.current.latent
+    one.set("μ 1", 0.125)
+    one.set("Motion", "bow")
+    until(first, lambda state: state.current.latent.motion == 1 and complete(state))
+    assert second.state.current.latent is before
+    assert first is not second
+
+
+def test_a_reload_brings_the_same_screen_back(open_browser: Open) -> None:
+    browser, session = open_browser()
+    browser.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    browser.leave()
+    again, session = open_browser(browser.storage)
+    assert session.state.current.latent.mu[0] == 0.125
+    assert again.widget("μ 1")["value"] == pytest.approx(0.125, abs=0.01)
+    _, stranger = open_browser()
+    assert stranger.state.current.latent.mu[0] != 0.125
+
+
+def test_a_reload_in_the_middle_of_a_run_leaves_no_run_behind(
+    open_browser: Open, target: Motion
+) -> None:
+    browser, session = open_browser()
+    upload(browser, target)
+    browser.set("Iterations", 300)
+    until(session, lambda state: state.recognition.iterations == 300)
+    browser.press("Start")
+    until(session, lambda state: state.recognition.status == "running")
+    browser.leave()
+    _, session = open_browser(browser.storage)
+    assert session.state.recognition.status != "running"
+    assert session.state.recognition.target is not None
+
+
+# --- leaving ---
+def session_threads() -> set[threading.Thread]:
+    names = ("session-", "motions", "landscapes", "recognitions")
+    return {thread for thread in threading.enumerate() if thread.name.startswith(names)}
+
+
+def test_a_browser_that_leaves_takes_its_threads_with_it(app: App, open_browser: Open) -> None:
+    before = session_threads()
+    browser, session = open_browser()
+    mine = session_threads() - before
+    assert len(mine) == 4
+    browser.leave()
+    for thread in mine:
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
+    assert session not in app.sessions.values()
+
+
+def test_a_browser_that_leaves_at_the_door_leaves_nothing(app: App, open_browser: Open) -> None:
+    hasty = WireBrowser(app.url, silent=True)
+    assert hasty.asked.wait(TIMEOUT)  # the server waits for an answer now
+    sessions = set(app.sessions)
+    hasty.leave()
+    _, session = open_browser()  # by then the server has noticed
+    left = {app.sessions[number] for number in set(app.sessions) - sessions}
+    assert left == {session}
+
+
+def test_stopping_ends_every_session_and_frees_the_port(checkpoint: Path) -> None:
+    before = session_threads()
+    running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
+    browsers = [WireBrowser(running.url) for _ in range(2)]
+    for browser in browsers:
+        browser.widget("Motion")
+    mine = session_threads() - before
+    running.stop()
+    for thread in mine:
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
+    port = int(running.url.rpartition(":")[2])
+    again = start(ServerOptions(checkpoints=(str(checkpoint),), port=port))
+    assert again.url == running.url
+    again.stop()
+
+
+# --- models side by side ---
+def test_two_models_of_different_sizes_on_one_screen(
+    checkpoint: Path, tmp_path: Path, open_browser: Open
+) -> None:
+    line = save_model(tmp_path / "line.pt", pb_dim=1, names=("bow", "wave"))
+    wide = save_model(tmp_path / "wide.pt", pb_dim=12)
+    both = start(ServerOptions(checkpoints=(str(line), str(wide), str(checkpoint)), port=0))
+    try:
+        browser, session = open_browser(of=both)
+        assert shown(both, session.state) == ["bow", "bow", "bow"]
+        assert {"/robot-0", "/robot-1", "/robot-2"} <= set(browser.nodes)
+        for name in ("wide", "tiny", "line"):
+            browser.set("Model", name)
+            until(session, lambda state, name=name: both.facts[state.active].name == name)
+            browser.set("Motion", "wave")
+            until(session, lambda state: shown(both, state) == ["wave"] * 3 and complete(state))
+            browser.drag("/boards/map", (0.0, -1.0, 1.1), (0.0, -0.9, 1.1))
+            browser.drag("/boards/landscape", (0.0, -1.0, 0.4), (0.0, -0.9, 0.4))
+            browser.set("μ 1", 0.5)
+            until(session, lambda state: state.current.latent.mu[0] == 0.5 and complete(state))
+            browser.set("Motion", "bow")
+            until(session, lambda state: shown(both, state) == ["bow"] * 3 and complete(state))
+    finally:
+        both.stop()
