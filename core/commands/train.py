@@ -179,8 +179,8 @@ class _Session:
 
     def epochs(self) -> Iterator[TrainingProgress]:
         """Train epoch by epoch, with a bar on a terminal and a save every other minute."""
-        text = "loss {task.fields[loss]:.5f}  error {task.fields[error]:.6f}"
-        text += "  KL {task.fields[kl]:.1f}  {task.fields[rate]:.1f} epochs/s"
+        text = "loss {task.fields[loss]:.4f}  error {task.fields[error]:.6f}"
+        text += "  KL {task.fields[kl]:.1f}  {task.fields[rate]:.1f} ep/s"
         first = self.trainer.epoch
         total = self.trainer.training.epochs
         with progress_bar(text) as bar:

@@ -10,6 +10,7 @@ from PIL import Image
 
 from rnnpb_explorer.core import (
     RNNPB,
+    Landscape,
     RecognitionConfig,
     RecognitionResult,
     landscape,
@@ -17,6 +18,7 @@ from rnnpb_explorer.core import (
     save_checkpoint,
     write_motion,
 )
+from rnnpb_explorer.core.figure import draw_landscape
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import ModelConfig, ModelInfo
 
@@ -83,6 +85,22 @@ def test_landscape_picture(rnnpb: Rnnpb) -> None:
     shown = {color for _, color in colors or ()}
     assert (5, 48, 97) in shown  # the dark blue of +1 at the end of the scale
     assert (103, 0, 31) in shown  # the dark red of -1
+
+
+@pytest.mark.parametrize(
+    ("value", "color"), [(-1.0, (103, 0, 31)), (0.0, (246, 246, 246)), (1.0, (5, 48, 97))]
+)
+def test_colors_mean_the_same_in_every_picture(
+    tmp_path: Path, value: float, color: tuple[int, int, int]
+) -> None:
+    """Red is -1, white 0, blue 1, whatever the values of one landscape are."""
+    correlation = np.full((3, 3), value, dtype=np.float32)
+    axis = np.linspace(-1.0, 1.0, 3)
+    draw_landscape(Landscape(correlation, axis, axis), tmp_path / "L.png", "x", ["a", "b"])
+    with Image.open(tmp_path / "L.png") as picture:
+        colors = picture.convert("RGB").getcolors(maxcolors=1 << 24) or []
+    most = sorted(colors, reverse=True)[:2]  # the cells, and the white around them
+    assert color in [shown for _, shown in most]
 
 
 def test_one_dimension(rnnpb: Rnnpb) -> None:

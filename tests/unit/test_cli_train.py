@@ -194,7 +194,7 @@ def test_a_bar_on_a_terminal(rnnpb: Rnnpb) -> None:
             os.close(terminal)
         out = process.stdout.read() if process.stdout else b""
     assert process.returncode == 0
-    for words in (b"training", b"/40", b"loss", b"error", b"KL", b"epochs/s"):
+    for words in (b"training", b"/40", b"loss", b"error", b"KL", b"ep/s"):
         assert words in shown
     assert out.startswith(b"40 epochs in")
 
