@@ -8,13 +8,20 @@ import sys
 import threading
 from collections.abc import Sequence
 
+from ..core.commands.command import Parser, add_seed, whole
 from ..core.errors import InputError
 from ..core.threads import wait_without_spinning
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the server; 0 when it was asked to end, 2 on bad input."""
-    arguments = _parser().parse_args(argv)
+    try:
+        arguments = _parser().parse_args(argv)
+    except InputError as error:
+        return _refuse(error)
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
     wait_without_spinning()
     # Imported late, so that --help and a wrong flag answer at once.
     from .server import ServerOptions, start
@@ -28,14 +35,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         device=arguments.device,
         seed=arguments.seed,
     )
-    ended = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: ended.set())
     try:
         app = start(options)
     except InputError as error:
-        print(f"rnnpb-explorer: {error}", file=sys.stderr)
-        return 2
+        return _refuse(error)
     if options.host not in ("127.0.0.1", "localhost", "::1"):
         print(
             f"rnnpb-explorer: serving on {options.host}: everybody who reaches this machine can "
@@ -48,10 +51,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _refuse(error: InputError) -> int:
+    line = " ".join("".join(c if c.isprintable() else " " for c in str(error)).split())
+    print(f"rnnpb-explorer: {line}", file=sys.stderr)
+    return 2
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="rnnpb-explorer",
         description="Explore the latent space of a stochastic RNNPB in the browser.",
+        allow_abbrev=False,
     )
     parser.add_argument(
         "--ckpt",
@@ -60,13 +70,15 @@ def _parser() -> argparse.ArgumentParser:
         help="a path, or a shipped name such as strong; twice: two models side by side",
     )
     parser.add_argument("--host", default="127.0.0.1", help="default: only this machine")
-    parser.add_argument("--port", type=int, default=8080, help="0: any free one (default: 8080)")
+    parser.add_argument(
+        "--port", type=whole(0, 65535), default=8080, help="0: any free one (default: 8080)"
+    )
     parser.add_argument(
         "--robot", default="pepper", metavar="ROBOT", help="pepper, PATH.urdf or NAME_description"
     )
     parser.add_argument("--data", metavar="CSV", help="the training motions, as targets")
     parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
-    parser.add_argument("--seed", type=int, default=0, help="of the noise and random PBs")
+    add_seed(parser)
     return parser
 
 

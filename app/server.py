@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import logging
 import socket
@@ -235,16 +236,16 @@ def serve(options: ServerOptions) -> viser.ViserServer:
 
 def _claim(host: str, port: int) -> None:
     """viser takes the next free port without a word; the one asked for must be free."""
-    if port == 0:
-        return
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
         except OSError as error:
+            taken = error.errno in (errno.EADDRINUSE, errno.EACCES)
+            advice = "choose another --port (0: any)" if taken else "--host is no address of here"
             raise InputError(
-                f"cannot serve on {host}:{port}: {error.strerror}; choose another --port (0: any)"
+                f"cannot serve on {host}:{port}: {error.strerror}; {advice}"
             ) from error
 
 
