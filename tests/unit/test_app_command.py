@@ -1,0 +1,146 @@
+"""The command `rnnpb-explorer`, as a person at a terminal meets it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rnnpb_explorer.app.cli import main
+from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
+from rnnpb_explorer.core.model import RNNPB
+
+COMMAND = Path(sys.executable).with_name("rnnpb-explorer")
+TIMEOUT = 90.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
+
+
+@pytest.fixture
+def checkpoint(tiny_model: RNNPB, tmp_path: Path) -> str:
+    path = tmp_path / "tiny.pt"
+    save_checkpoint(tiny_model, path)
+    return str(path)
+
+
+@pytest.fixture(autouse=True)
+def signals() -> Iterator[None]:
+    """`main` takes the signals; pytest gets them back."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def serving(*arguments: str) -> tuple[subprocess.Popen[str], str]:
+    """The running command and its first line."""
+    process = subprocess.Popen(
+        [COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    watchdog = threading.Timer(TIMEOUT, process.kill)
+    watchdog.start()
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    watchdog.cancel()
+    return process, line
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGINT])
+def test_it_says_where_it_serves_and_ends_when_told(checkpoint: str, ending: int) -> None:
+    process, line = serving("--ckpt", checkpoint, "--port", "0")
+    try:
+        words = line.split()
+        assert words[:-1] == ["rnnpb-explorer", "is", "ready", "at"]
+        with urllib.request.urlopen(words[-1], timeout=20) as response:
+            assert response.status == 200
+        process.send_signal(ending)
+        rest, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+    assert "http" not in rest
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+def test_serving_everybody_is_said_aloud(checkpoint: str) -> None:
+    process, _ = serving("--ckpt", checkpoint, "--port", "0", "--host", "0.0.0.0")
+    process.terminate()
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 0
+    assert "everybody" in errors
+    assert "no password" in errors
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+def test_bad_input_is_one_line_and_code_2() -> None:
+    done = subprocess.run(
+        [COMMAND, "--ckpt", "nope", "--port", "0"],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("rnnpb-explorer: no checkpoint 'nope'")
+    for name in shipped_checkpoints():
+        assert name in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--bogus"], "--bogus"),
+        (["extra"], "extra"),
+        (["--port", "many"], "--port"),
+        (["--port", "65536"], "65535"),
+        (["--port", "-1"], "65535"),
+        (["--seed", "-1"], "--seed"),
+        (["--seed", "0.5"], "--seed"),
+        (["--device", "tpu"], "--device"),
+        (["--ckpt"], "--ckpt"),
+        (["--por", "0"], "--por"),
+        (["--robot", "nope.urdf"], "nope.urdf"),
+        (["--robot", ""], ""),
+        (["--data", "nope.csv"], "nope.csv"),
+        (["--ckpt", "no\nsuch\x1b[31mfile"], "such"),
+        (["--host", "256.1.1.1"], "256.1.1.1"),
+    ],
+    ids=lambda value: " ".join(value).replace("\n", " ") if isinstance(value, list) else "",
+)
+def test_what_it_cannot_use_is_named_in_one_line(
+    checkpoint: str, capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
+) -> None:
+    given = arguments if "--ckpt" in arguments else ["--ckpt", checkpoint, *arguments]
+    assert main([*given, *([] if "--port" in given else ["--port", "0"])]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("rnnpb-explorer: ")
+    assert err.count("\n") == 1
+    assert err.rstrip("\n").isprintable()
+    assert says in err
+
+
+@pytest.mark.parametrize("content", [b"", b"no checkpoint", b"PK\x03\x04" + b"\x00" * 100])
+def test_a_damaged_checkpoint_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes
+) -> None:
+    path = tmp_path / "damaged.pt"
+    path.write_bytes(content)
+    assert main(["--ckpt", str(path), "--port", "0"]) == 2
+    assert "damaged.pt" in capsys.readouterr().err
+
+
+def test_help_lists_every_flag(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["--help"])
+    assert left.value.code == 0
+    out = capsys.readouterr().out
+    for flag in ("--ckpt", "--host", "--port", "--robot", "--data", "--device", "--seed"):
+        assert flag in out
