@@ -6,13 +6,18 @@ from functools import lru_cache
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from .description import Robot
-from .kinematics import JointPoses, joint_poses
-from .meshes import Rgb, to_glb
+from .eyes import LEDS
+from .kinematics import JointPoses, joint_poses, quaternions
+from .meshes import Rgb, Shape, to_glb
 
 # Below what a screen shows (0.1 mm at 1 m); a joint of a motion often rests like that.
 TOLERANCE = 1e-4
+EYE_LINKS = tuple(f"{side}_eye_led_{led}" for side in "rl" for led in range(LEDS))
+EYE_GLOW = (0.42, 0.78, 1.0)  # of eyes that nothing colours
+EYE_DARK = 0.17  # an LED that is off is a grey cap, not a hole
 
 
 class RobotView:
@@ -55,6 +60,50 @@ class RobotView:
                 cast_shadow=opacity is None,
                 receive_shadow=False,  # shadow maps speckle curved shells
             )
+        self._eyes = self._add_eyes(scene, names, opacity)
+
+    def _add_eyes(
+        self, scene: viser.SceneApi, names: list[str], opacity: float | None
+    ) -> viser.BatchedMeshHandle | None:
+        """The LED segments as one node, so that all colours change with one message."""
+        tree = self.robot.tree
+        segments = {s.link: s for s in self.robot.shapes if s.link in EYE_LINKS}
+        if len(segments) < len(EYE_LINKS):
+            return None
+        carrier = tree.links[EYE_LINKS[0]][0]
+        places = np.stack([tree.links[link][1] for link in EYE_LINKS])  # (16, 4, 4) on the head
+        mesh = segments[EYE_LINKS[0]].mesh
+        relative = places @ np.linalg.inv(places[0])
+        return scene.add_batched_meshes_simple(
+            f"{names[carrier]}/eyes",
+            np.asarray(mesh.vertices, dtype=np.float32),
+            np.asarray(mesh.faces, dtype=np.uint32),
+            batched_wxyzs=quaternions(relative[:, :3, :3]),
+            batched_positions=relative[:, :3, 3],
+            batched_colors=_eye_rgb(np.tile(EYE_GLOW, (2, LEDS, 1))),
+            opacity=opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def set_eye_colors(self, colors: NDArray[np.floating] | None) -> None:
+        """Colour the LEDs around the eyes, where the robot has any.
+
+        Args:
+            colors: (2, 8, 3) right and left eye, LED as in `robot.eyes`, RGB from 0 to 1; None for
+                the glow at rest.
+        """
+        if self._eyes is None:
+            return
+        rgb = _eye_rgb(np.tile(EYE_GLOW, (2, LEDS, 1)) if colors is None else colors)
+        if not np.array_equal(rgb, self._eyes.batched_colors):
+            self._eyes.batched_colors = rgb
+
+    @property
+    def has_eyes(self) -> bool:
+        """Whether `set_eye_colors` shows anything."""
+        return self._eyes is not None
 
     def show(self, poses: JointPoses, frame: int) -> None:
         """Move to one frame of a motion; only what changed since the last is sent."""
@@ -84,47 +133,61 @@ class RobotView:
 @lru_cache(maxsize=16)  # every browser session builds the same robot
 def _glbs(robot: Robot, tint: Rgb | None, opacity: float | None) -> dict[int, bytes]:
     """One GLB for each moving frame that carries shapes; -1 is the base."""
-    carriers = sorted({shape.frame for shape in robot.shapes})
-    return {
-        index: to_glb([s for s in robot.shapes if s.frame == index], tint, opacity)
-        for index in carriers
-    }
+    shapes: dict[int, list[Shape]] = {}
+    for shape in robot.shapes:
+        if shape.link not in EYE_LINKS:
+            shapes.setdefault(shape.frame, []).append(shape)
+    return {index: to_glb(group, tint, opacity) for index, group in sorted(shapes.items())}
+
+
+def _eye_rgb(colors: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """(2, 8, 3) intensities as the (16, 3) colours that are shown."""
+    lit = EYE_DARK + (1 - EYE_DARK) * np.clip(np.asarray(colors, dtype=np.float64), 0, 1)
+    return np.round(255 * lit.reshape(-1, 3)).astype(np.uint8)
 
 
 BACKDROP = (214, 219, 226)
 
 
 def setup_stage(scene: viser.SceneApi) -> None:
-    """A floor and soft studio light: white shells keep their shape, the floor gets one shadow."""
+    """A floor and soft studio light: white shells keep their shape, the floor gets one shadow.
+
+    No environment map: it arrives late, and software renderers pay for it in every pixel.
+    """
     scene.configure_default_lights(enabled=False)
-    scene.configure_environment_map("studio", environment_intensity=0.15)
+    scene.configure_environment_map(None)
     scene.set_background_image(np.full((2, 2, 3), BACKDROP, dtype=np.uint8), format="png")
     scene.configure_fog(near=5.0, far=13.0, color=(172, 179, 190))
     scene.add_light_hemisphere(
-        "/stage/sky", sky_color=(255, 255, 255), ground_color=(165, 170, 182), intensity=0.85
+        "/stage/sky", sky_color=(255, 255, 255), ground_color=(176, 180, 190), intensity=1.45
     )
     scene.add_light_spot(
         "/stage/key",
         position=(3.2, 2.2, 4.5),
         direction=(-3.2, -2.2, -3.9),
-        angle=0.8,
-        penumbra=1.0,
-        decay=0.0,
-        intensity=2.1,
-        cast_shadow=True,
-    )
-    scene.add_light_spot(
-        "/stage/rim",
-        position=(-3.0, -2.5, 2.5),
-        direction=(3.0, 2.5, -1.8),
         angle=0.6,
         penumbra=1.0,
         decay=0.0,
-        intensity=0.8,
+        intensity=0.9,
+        cast_shadow=True,
     )
+    for name, position, intensity in (
+        ("fill", (3.5, 0.5, 4.0), 1.1),
+        ("rim", (-3.0, -2.5, 3.0), 0.6),
+    ):
+        x, y, z = position
+        scene.add_light_spot(
+            f"/stage/{name}",
+            position=position,
+            direction=(-x, -y, 0.7 - z),
+            angle=1.3,
+            penumbra=1.0,
+            decay=0.0,
+            intensity=intensity,
+        )
     scene.add_box(
         "/stage/floor",
-        color=(206, 212, 220),
+        color=(210, 218, 229),
         dimensions=(40.0, 40.0, 0.02),
         position=(0.0, 0.0, -0.01),
         cast_shadow=False,

@@ -15,7 +15,16 @@ GAP = 0.0015
 
 def shoulder() -> list[Surface]:
     """The ball that the torso's socket holds; turns about y."""
-    profile = [(0.001, -0.042), (0.026, -0.042), (0.034, -0.036), (0.0385, -0.022), (0.040, 0.0), (0.036, 0.02), (0.02, 0.034), (0.001, 0.036)]
+    profile = [
+        (0.001, -0.042),
+        (0.026, -0.042),
+        (0.034, -0.036),
+        (0.0385, -0.022),
+        (0.040, 0.0),
+        (0.036, 0.02),
+        (0.02, 0.034),
+        (0.001, 0.036),
+    ]
     return [surface(lathe(profile, rings=14, sides=32), "grey").moved(ALONG["y"])]
 
 
@@ -30,10 +39,10 @@ def upper_arm() -> list[Surface]:
         (0.015, 0.046, 0.036, 0.0435, 0.006),
         (0.050, 0.042, 0.033, 0.041, 0.010),
         (0.100, 0.0375, 0.0325, 0.0385, 0.014),
-        (0.140, 0.0345, 0.0335, 0.0355, 0.015),
-        (0.154, 0.0330, 0.0325, 0.0340, 0.015),
-        (0.158, 0.0305, 0.0305, 0.0315, 0.015),
-        (0.160, 0.0250, 0.0250, 0.0250, 0.015),
+        (0.138, 0.0345, 0.0335, 0.0355, 0.015),
+        (0.150, 0.0332, 0.0327, 0.0342, 0.015),
+        (0.1545, 0.0305, 0.0305, 0.0315, 0.015),
+        (0.157, 0.0250, 0.0250, 0.0250, 0.015),
     ]
     solid = body(stations, rings=26, sides=36).apply_transform(ALONG["x"])
     ball = sphere(BALL + GAP, (ELBOW, ELBOW_SIDE, 0), 3)
@@ -46,8 +55,14 @@ def upper_arm() -> list[Surface]:
 
 
 def elbow() -> list[Surface]:
-    ring = lathe([(0.001, -0.034), (0.026, -0.034), (0.0285, -0.028), (0.0285, -0.02), (0.001, -0.018)], sides=40)
-    return [surface(sphere(BALL, detail=3), "grey"), surface(ring.apply_transform(ALONG["x"]), "grey", crease=40)]
+    ring = lathe(
+        [(0.001, -0.034), (0.026, -0.034), (0.0285, -0.028), (0.0285, -0.02), (0.001, -0.018)],
+        sides=40,
+    )
+    return [
+        surface(sphere(BALL, detail=3), "grey"),
+        surface(ring.apply_transform(ALONG["x"]), "grey", crease=40),
+    ]
 
 
 def forearm() -> list[Surface]:
@@ -64,14 +79,16 @@ def forearm() -> list[Surface]:
     solid = body(stations, rings=18, sides=36).apply_transform(ALONG["x"])
     ball = sphere(BALL + GAP, detail=3)
     # cut slantwise: the elbow bends towards -y
-    slant = cylinder("x", 0.08, 0.05).apply_transform(turned("z", -38, (0.014, 0, 0)))
-    slant.apply_translation(-0.05 * np.array([np.cos(np.radians(38)), -np.sin(np.radians(38)), 0]))
+    slant = cylinder("x", 0.08, 0.05).apply_transform(turned("z", 38, (0.018, 0, 0)))
+    slant.apply_translation(-0.05 * np.array([np.cos(np.radians(38)), np.sin(np.radians(38)), 0]))
     return [surface(cut(solid, ball, slant), "white", crease=32)]
 
 
 def hand() -> list[Surface]:
     """Cuff and palm; the palm faces down, fingers ahead. The wrist's axis is x."""
-    cuff = lathe([(0.001, -0.066), (0.0255, -0.066), (0.0255, -0.061), (0.001, -0.060)], sides=40).apply_transform(ALONG["x"])
+    cuff = lathe(
+        [(0.001, -0.066), (0.0255, -0.066), (0.0255, -0.061), (0.001, -0.060)], sides=40
+    ).apply_transform(ALONG["x"])
     stations = [
         # x, +y, -y, z, center y
         (-0.0625, 0.026, 0.026, 0.026, 0.0),
@@ -110,7 +127,13 @@ def phalanx(thumb: bool, last: bool) -> list[Surface]:
         (0.0022, r * 0.93, r * 0.93, r, 0.0),
         (end * 0.45, r, r, r * 1.04, 0.0),
         (end - (0.0058 if last else 0.0035), r * 0.86, r * 0.86, r * 0.9, 0.0),
-        (end - 0.0016, r * 0.5 if last else r * 0.8, r * 0.5 if last else r * 0.8, r * 0.52 if last else r * 0.84, 0.0),
+        (
+            end - 0.0016,
+            r * 0.5 if last else r * 0.8,
+            r * 0.5 if last else r * 0.8,
+            r * 0.52 if last else r * 0.84,
+            0.0,
+        ),
         (end, tip, tip, tip, 0.0),
     ]
     piece = body(stations, rings=8, sides=10).apply_transform(ALONG["x"])

@@ -15,7 +15,15 @@ EYE_SIZE = 1.12
 
 
 def neck() -> list[Surface]:
-    profile = [(0.001, -0.036), (0.030, -0.034), (0.030, -0.010), (0.032, 0.006), (0.033, 0.018), (0.026, 0.034), (0.001, 0.040)]
+    profile = [
+        (0.001, -0.036),
+        (0.030, -0.034),
+        (0.030, -0.010),
+        (0.032, 0.006),
+        (0.033, 0.018),
+        (0.026, 0.034),
+        (0.001, 0.040),
+    ]
     return [surface(lathe(profile, rings=12, sides=36), "grey")]
 
 
@@ -37,7 +45,10 @@ def head() -> list[Surface]:
         (0.2190, 0.004, 0.004, 0.004, 0.001),
     ]
     solid = body(stations, rings=32, sides=56, power=2.15)
-    holes = [sphere(0.0300, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3) for side in (1, -1)]
+    holes = [
+        sphere(0.0300, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3)
+        for side in (1, -1)
+    ]
     shell = surface(cut(solid, *holes), "white", crease=30)
     parts: list[Surface] = []
     for part in shell.painted(_cap, "light"):
@@ -79,11 +90,35 @@ def _eye_hole(p: Array) -> Array:
 def eye(side: int) -> list[Surface]:
     """A glossy black eyeball with a small light in it; the LED ring is a link of its own."""
     place = _eye_place(side)
-    ball = lathe([(0.0001, 0.0075), (0.008, 0.0068), (0.0135, 0.0045), (0.0165, 0.0005), (0.0165, -0.012), (0.0001, -0.012)][::-1], rings=10, sides=28).apply_scale(EYE_SIZE)
-    rim = lathe([(0.0235, -0.012), (0.0255, -0.012), (0.0262, 0.0005), (0.0250, 0.0016), (0.0236, 0.0008), (0.0225, -0.004)], sides=40).apply_scale(EYE_SIZE)
+    ball = lathe(
+        [
+            (0.0001, 0.0075),
+            (0.008, 0.0068),
+            (0.0135, 0.0045),
+            (0.0165, 0.0005),
+            (0.0165, -0.012),
+            (0.0001, -0.012),
+        ][::-1],
+        rings=10,
+        sides=28,
+    ).apply_scale(EYE_SIZE)
+    rim = lathe(
+        [
+            (0.0235, -0.012),
+            (0.0255, -0.012),
+            (0.0262, 0.0005),
+            (0.0250, 0.0016),
+            (0.0236, 0.0008),
+            (0.0225, -0.004),
+        ],
+        sides=40,
+    ).apply_scale(EYE_SIZE)
     glint = sphere(0.0034, (0.0075, 0.0055, 0.0070), 1)
     out = []
-    bed = lathe([(0.015, -0.008), (0.0236, -0.008), (0.0236, 0.0008), (0.0165, 0.0018), (0.015, 0.0)], sides=40)
+    bed = lathe(
+        [(0.015, -0.008), (0.0236, -0.008), (0.0236, 0.0008), (0.0165, 0.0018), (0.015, 0.0)],
+        sides=40,
+    )
     bed.apply_scale(EYE_SIZE)
     for mesh, color in ((ball, "eye"), (rim, "white"), (bed, "dark")):
         out.append(surface(mesh.apply_transform(ALONG["x"]), color).moved(place))
@@ -103,17 +138,40 @@ def eye_led() -> list[Surface]:
     """One segment of an LED ring, at the top of the eye."""
     half = np.radians(180 / LEDS - 2.2)
     t = np.linspace(-half, half, 7)
-    section = [(0.0168, -0.002), (0.0168, 0.0022), (0.0178, 0.0032), (0.0222, 0.0016), (0.0228, -0.002)]
+    section = [
+        (0.0168, -0.002),
+        (0.0168, 0.0022),
+        (0.0178, 0.0032),
+        (0.0222, 0.0016),
+        (0.0228, -0.002),
+    ]
     rings = [np.array([(x, -r * np.sin(a), r * np.cos(a)) for r, x in section[::-1]]) for a in t]
     return [surface(loft(rings).apply_scale(EYE_SIZE), "led", crease=30)]
 
 
 def ear() -> list[Surface]:
     """The speaker of the left ear: a ring, and grooves around a hub."""
-    ring = lathe([(0.028, -0.010), (0.0375, -0.010), (0.0385, 0.004), (0.0365, 0.0085), (0.0330, 0.0095), (0.0305, 0.0075), (0.0300, 0.002), (0.028, 0.0)], sides=40)
+    ring = lathe(
+        [
+            (0.028, -0.010),
+            (0.0375, -0.010),
+            (0.0385, 0.004),
+            (0.0365, 0.0085),
+            (0.0330, 0.0095),
+            (0.0305, 0.0075),
+            (0.0300, 0.002),
+            (0.028, 0.0),
+        ],
+        sides=40,
+    )
     dish = [(0.0305, -0.004), (0.0305, 0.0045)]
     for r in (0.027, 0.0215, 0.016):
-        dish += [(r + 0.0018, 0.0062), (r + 0.0010, 0.0042), (r - 0.0010, 0.0042), (r - 0.0018, 0.0062)]
+        dish += [
+            (r + 0.0018, 0.0062),
+            (r + 0.0010, 0.0042),
+            (r - 0.0010, 0.0042),
+            (r - 0.0018, 0.0062),
+        ]
     dish += [(0.011, 0.0062), (0.0095, 0.0080), (0.005, 0.0088), (0.0001, 0.0090)]
     place = ALONG["y"].copy()
     place[:3, 3] = (-0.006, 0.0985, 0.116)
@@ -136,7 +194,12 @@ def mouth() -> list[Surface]:
 
 
 def forehead() -> list[Surface]:
-    lens = lathe([(0.0001, -0.004), (0.0048, -0.004), (0.0048, 0.0008), (0.003, 0.0016), (0.0001, 0.0018)], sides=24)
-    place = np.asarray(trimesh.transformations.rotation_matrix(np.radians(-32), (0, 1, 0))) @ ALONG["x"]
+    lens = lathe(
+        [(0.0001, -0.004), (0.0048, -0.004), (0.0048, 0.0008), (0.003, 0.0016), (0.0001, 0.0018)],
+        sides=24,
+    )
+    place = (
+        np.asarray(trimesh.transformations.rotation_matrix(np.radians(-32), (0, 1, 0))) @ ALONG["x"]
+    )
     place[:3, 3] = (0.0905, 0, 0.1655)
     return [surface(lens, "eye", crease=50).moved(place)]

@@ -88,7 +88,10 @@ def surface(mesh: trimesh.Trimesh, color: str, crease: float = 40.0) -> Surface:
     """A mesh with normals that are smooth where faces meet at less than `crease` degrees."""
     smooth = trimesh.graph.smooth_shade(mesh, angle=np.radians(crease), facet_minarea=None)
     return Surface(
-        np.array(smooth.vertices), _unit(np.array(smooth.vertex_normals)), np.array(smooth.faces), color
+        np.array(smooth.vertices),
+        _unit(np.array(smooth.vertex_normals)),
+        np.array(smooth.faces),
+        color,
     )
 
 
@@ -122,7 +125,7 @@ def rounded_hull(circles: Sequence[tuple[float, float, float]], sides: int = 72)
 
 
 def loft(rings: Sequence[Array]) -> trimesh.Trimesh:
-    """A closed solid through rings (n, 3) that run counter-clockwise seen from the last one."""
+    """A closed solid through rings (n, 3) that all run the same way round."""
     n = len(rings[0])
     ends = np.array([rings[0].mean(axis=0), rings[-1].mean(axis=0)])
     vertices = np.concatenate([*rings, ends])
@@ -138,6 +141,8 @@ def loft(rings: Sequence[Array]) -> trimesh.Trimesh:
     faces.append(np.column_stack([np.full(n, last), top + i, top + j]))
     mesh = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
     mesh.update_faces(mesh.nondegenerate_faces(height=1e-9))
+    if mesh.volume < 0:  # the rings ran the other way round
+        mesh.invert()
     return mesh
 
 
@@ -152,7 +157,9 @@ def through(stations: ArrayLike, count: int) -> Array:
     return np.asarray(PchipInterpolator(at, table)(np.linspace(0, at[-1], count)))
 
 
-def body(stations: ArrayLike, rings: int = 32, sides: int = 48, power: float = 2.0) -> trimesh.Trimesh:
+def body(
+    stations: ArrayLike, rings: int = 32, sides: int = 48, power: float = 2.0
+) -> trimesh.Trimesh:
     """A solid through stations (z, ahead, behind, side, center) of superellipses."""
     return loft(
         [

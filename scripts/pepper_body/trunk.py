@@ -60,7 +60,12 @@ def skirt() -> list[Surface]:
     solid = loft(rings)
     above = cut(box((0.4, 0.4, 0.2), (0, 0, 0.1)), cylinder("y", KNEE_RADIUS, 0.3))
     shell = surface(cut(solid, above), "white", crease=30)
-    dome = shell.painted(lambda p: np.where(p[:, 2] < 0.02, 1.0, np.hypot(p[:, 0], p[:, 2]) * -1 + KNEE_RADIUS - 4e-4), "grey")
+    dome = shell.painted(
+        lambda p: np.where(
+            p[:, 2] < 0.02, 1.0, np.hypot(p[:, 0], p[:, 2]) * -1 + KNEE_RADIUS - 4e-4
+        ),
+        "grey",
+    )
     parts = []
     for part in dome:
         parts += part.painted(_front_seam, "light") if part.color == "white" else [part]
@@ -95,10 +100,10 @@ def thigh() -> list[Surface]:
         (0.180, 0.083, 0.068, 0.115, 0.006),
         (0.225, 0.079, 0.073, 0.114, 0.004),
         (0.268, 0.069, 0.070, 0.106, 0.000),
-        (0.300, 0.0615, 0.0625, 0.093, 0.000),
-        (0.320, 0.0465, 0.0470, 0.078, 0.000),
-        (0.333, 0.026, 0.026, 0.057, 0.000),
-        (0.338, 0.006, 0.006, 0.030, 0.000),
+        (0.296, 0.0625, 0.0630, 0.093, 0.000),
+        (0.314, 0.0495, 0.0500, 0.077, 0.000),
+        (0.326, 0.030, 0.030, 0.056, 0.000),
+        (0.330, 0.008, 0.008, 0.030, 0.000),
     ]
     solid = body(stations, rings=32, sides=48, power=2.2)
     slot = loft(
@@ -143,18 +148,19 @@ def torso() -> list[Surface]:
     """From the waist to the neck, with the tablet; the axis of the hip's roll is the origin."""
     stations = [
         # z, ahead, behind, side, center
-        (-0.010, 0.0535, 0.0525, 0.0535, 0.000),
-        (-0.006, 0.0560, 0.0545, 0.0570, 0.000),
-        (0.030, 0.062, 0.056, 0.070, 0.000),
+        (0.002, 0.0525, 0.0515, 0.0525, 0.000),
+        (0.006, 0.0560, 0.0545, 0.0570, 0.000),
+        (0.034, 0.063, 0.057, 0.071, 0.000),
         (0.080, 0.074, 0.064, 0.086, 0.000),
         (0.130, 0.086, 0.080, 0.098, -0.003),
         (0.180, 0.094, 0.094, 0.107, -0.014),
         (0.220, 0.095, 0.101, 0.114, -0.026),
-        (0.250, 0.089, 0.096, 0.116, -0.038),
-        (0.275, 0.075, 0.082, 0.105, -0.042),
-        (0.293, 0.054, 0.060, 0.078, -0.041),
-        (0.303, 0.040, 0.042, 0.050, -0.039),
-        (0.306, 0.032, 0.032, 0.032, -0.038),
+        (0.248, 0.088, 0.096, 0.116, -0.038),
+        (0.268, 0.072, 0.083, 0.106, -0.041),
+        (0.281, 0.054, 0.066, 0.084, -0.040),
+        (0.290, 0.040, 0.049, 0.058, -0.039),
+        (0.296, 0.032, 0.036, 0.040, -0.038),
+        (0.298, 0.026, 0.026, 0.026, -0.038),
     ]
     solid = body(stations, rings=36, sides=52, power=2.25)
     sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 3) for s in (1, -1)]
@@ -163,7 +169,10 @@ def torso() -> list[Surface]:
     parts: list[Surface] = []
     for part in shell.painted(_socket, "grey"):
         parts += part.painted(_side_panel, "light") if part.color == "white" else [part]
-    collar = lathe([(0.030, 0.292), (0.043, 0.294), (0.0445, 0.302), (0.041, 0.3085), (0.030, 0.308)], sides=48)
+    collar = lathe(
+        [(0.028, 0.284), (0.0375, 0.286), (0.0385, 0.294), (0.036, 0.299), (0.028, 0.299)],
+        sides=40,
+    )
     parts.append(surface(collar.apply_translation((-0.038, 0, 0)), "grey", crease=50))
     return parts + tablet()
 
@@ -186,17 +195,28 @@ def _side_panel(p: Array) -> Array:
 
 def tablet() -> list[Surface]:
     """The screen on the chest, leaning back."""
-    place = turned("y", -32, (0.106, 0, 0.190))
+    place = turned("y", -32, (0.106, 0, 0.193))
 
-    def slab(half_y: float, half_z: float, depth: float, ahead: float, bevel: float, power: float = 9.0):
-        rows = [(0.0, 0.94), (bevel, 1.0), (depth - bevel, 1.0), (depth, 0.94 if bevel > 0.001 else 1.0)]
+    def slab(
+        half_y: float, half_z: float, depth: float, ahead: float, bevel: float, power: float = 9.0
+    ):
+        rows = [
+            (0.0, 0.94),
+            (bevel, 1.0),
+            (depth - bevel, 1.0),
+            (depth, 0.94 if bevel > 0.001 else 1.0),
+        ]
         t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
         y = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** (2 / power)
         z = np.sign(np.sin(t)) * np.abs(np.sin(t)) ** (2 / power)
         rings = []
         for x, f in rows:
             inset = (1 - f) * half_z
-            rings.append(np.column_stack([np.full(64, ahead + x), y * (half_y - inset), z * (half_z - inset)]))
+            rings.append(
+                np.column_stack(
+                    [np.full(64, ahead + x), y * (half_y - inset), z * (half_z - inset)]
+                )
+            )
         return loft(rings)
 
     frame = surface(slab(0.122, 0.083, 0.016, -0.008, 0.004), "white", crease=30)
