@@ -102,6 +102,7 @@ def start(facts: Facts, state: AppState, intent: do.StartRecognition) -> Update:
         status="running",
         request=request,
         model=state.active,
+        planned=state.recognition.iterations,
         trace=None,
         shown=None,
         trial=0,

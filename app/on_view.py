@@ -11,7 +11,7 @@ from .slices import drawable_axes
 from .state import AppState, GeneratedMotion
 from .transitions import Facts, Update, follow_landscape, notify, opening_work, put_model
 
-MIN_SPEED, MAX_SPEED = 0.1, 4.0
+MIN_SPEED, MAX_SPEED = 0.1, 3.0
 REST_SECONDS = 0.8  # a slider that rests this long ends its gesture; a drag ends with the button
 
 

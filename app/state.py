@@ -129,6 +129,7 @@ class Recognition:
     status: RecognitionStatus = "idle"
     request: int = 0
     model: int = 0  # the model that the run belongs to
+    planned: int = 0  # iterations of the run; `iterations` may be set anew meanwhile
     trace: RecognitionTrace | None = None
     trial: int = 0  # the trial that is drawn
     shown: int | None = None  # the iteration scrubbed to; None follows the newest

@@ -46,7 +46,7 @@ class JointsPanel:
         motion, facts = state.current.motion, self._facts[state.active]
         if self._joint.handle.options != (MOST_MOVING, *facts.joints):
             self._joint.handle.options = (MOST_MOVING, *facts.joints)
-        self._joint.show(state.joint or MOST_MOVING)
+        self._joint.show(state.joint if state.joint in facts.joints else MOST_MOVING)
         if motion is None:
             return
         shaded = observed_frames(state, len(motion.reference))

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import viser
 
 from .. import intents as do
+from ..on_view import MAX_SPEED, MIN_SPEED
 from ..state import AppState, ModelFacts
 from .bound import Bound, on_click
 
@@ -32,7 +33,8 @@ class PlaybackPanel:
             lambda frame: send(do.Seek(int(frame))),
         )
         self._speed = Bound(
-            gui.add_slider("Speed ×", 0.1, 3.0, 0.1, 1.0), lambda value: send(do.SetSpeed(value))
+            gui.add_slider("Speed ×", MIN_SPEED, MAX_SPEED, 0.1, 1.0),
+            lambda value: send(do.SetSpeed(value)),
         )
         self._loop = Bound(gui.add_checkbox("Loop", True), lambda value: send(do.SetLoop(value)))
         self._playing = True

@@ -118,7 +118,7 @@ class RecognisePanel:
         self._assign(self._progress, visible=running)
         if running:
             done = 0 if trace is None else trace.iterations
-            self._assign(self._progress, value=100.0 * done / recognition.iterations)
+            self._assign(self._progress, value=100.0 * done / recognition.planned)
         self._show_scrub(recognition)
         content = status_line(recognition)
         if self._status.content != content:
@@ -204,7 +204,7 @@ def status_line(recognition: Recognition) -> str:
     done = 0 if trace is None else trace.iterations
     if recognition.status == "running":
         best = "" if trace is None else f", best loss {trace.loss.min():.5f}"
-        return f"Recognition running: iteration {done} of {recognition.iterations}{best}"
+        return f"Recognition running: iteration {done} of {recognition.planned}{best}"
     words = {
         "idle": "",
         "finished": "Recognition done",
