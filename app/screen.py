@@ -10,6 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ..core.motion import Motion, format_motion
 from ..robot.description import Robot
 from ..robot.kinematics import JointPoses, joint_poses
 from ..robot.view import RobotView, setup_stage
@@ -46,6 +47,7 @@ class Screen:
         self._client, self._facts, self._robot = client, facts, robot
         self._stage = stage_for(len(facts))
         self._send = send
+        self._shown: AppState | None = None
         self._notice: Notice | None = state.notice
         self._motions: list[GeneratedMotion | None] = [None] * len(facts)
         self._poses: list[JointPoses | None] = [None] * len(facts)
@@ -61,8 +63,6 @@ class Screen:
     def _build_scene(self, state: AppState) -> None:
         scene = self._client.scene
         setup_stage(scene)
-        scene.configure_environment_map(None)
-        scene.add_light_ambient("/stage/ambient", intensity=1.0)
         self.robots = [
             RobotView(scene, self._robot, f"/robot-{i}", position=tuple(spot.tolist()))
             for i, spot in enumerate(self._stage.robots)
@@ -98,7 +98,7 @@ class Screen:
         with tabs.add_tab("Recognise"):
             recognise = RecognisePanel(gui, self._facts, self._send)
         with tabs.add_tab("View"):
-            view = ViewPanel(gui, self._facts, self._send, code, self.ask_for_home)
+            view = ViewPanel(gui, self._facts, self._send, code, self.ask_for_home, self._download)
         with tabs.add_tab("Help"):
             add_help(gui)
         self._panels = (playback, explore, readout, joints, recognise, view)
@@ -127,6 +127,7 @@ class Screen:
     # --- showing ---
     def show(self, state: AppState) -> None:
         """Bring everything to a state; only what differs from what stands there is written."""
+        self._shown = state
         with self._client.atomic():
             for index, model in enumerate(state.models):
                 if model.motion is not None:
@@ -158,6 +159,16 @@ class Screen:
             color="green" if notice.good else "red",
             auto_close_seconds=4.0 if notice.good else 12.0,
         )
+
+    def _download(self) -> None:
+        """Send the motion on the screen to the browser, as it is (viser's event loop)."""
+        if self._shown is None or self._shown.current.motion is None:
+            return
+        facts = self._facts[self._shown.active]
+        name = f"{facts.motions[self._shown.current.latent.motion]} {facts.name}"
+        positions = self._shown.current.motion.positions
+        motion = Motion(name, facts.joints, positions, facts.fps)
+        self._client.send_file_download(f"{name}.csv", format_motion(motion).encode())
 
     # --- the camera ---
     def ask_for_home(self) -> None:

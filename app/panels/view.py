@@ -27,7 +27,7 @@ MAX_AXES = 8  # 28 pairs are enough to choose from
 
 
 class ViewPanel:
-    """Axes, window, colours, target; state code."""
+    """Axes, window, colours, target; download; state code."""
 
     def __init__(
         self,
@@ -36,6 +36,7 @@ class ViewPanel:
         send: Send,
         code: Callable[[], str],
         reset_camera: Callable[[], None],
+        download: Callable[[], None],
     ) -> None:
         self._facts, self._send, self._code = facts, send, code
         with gui.add_folder("PB map"):
@@ -65,6 +66,7 @@ class ViewPanel:
                 lambda value: send(do.SetUseTarget(value)),
             )
         on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
+        on_click(gui.add_button("Download the motion (CSV)", icon=viser.Icon.DOWNLOAD), download)
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
             on_click(gui.add_button("Show the code of this screen"), self._show_code)
