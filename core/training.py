@@ -27,13 +27,14 @@ GATES = 4  # of an LSTM, stacked in its weight matrices
 
 @dataclass(frozen=True)
 class TrainingConfig:
-    """A recipe; the defaults are the one the shipped checkpoints were trained with."""
+    """A recipe; the model card says which one a shipped checkpoint was trained with."""
 
-    epochs: int = 6000
+    epochs: int = 2500
     seed: int = 0
     recurrent_rate: float = 0.05  # Muon's, of the recurrent weights: spectral norm of one step
     learning_rate: float = 0.01  # Adam's, of the other weights
-    pb_rate_factor: float = 2.0  # PB parameters learn this much faster
+    pb_rate_factor: float = 2.0  # PB parameters learn this much faster,
+    deterministic_pb_rate_factor: float = 0.5  # and without noise slower: they stay close together
     momentum: float = 0.95  # Muon's
     beta2: float = 0.98  # Adam's
     max_gradient_norm: float = 1.0
@@ -102,8 +103,11 @@ class Trainer:
         pbs = [model.mu, model.log_var] if model.stochastic else [model.mu]
         others = [p for p in model.network_parameters() if p is not model.weight_hidden]
         rate = training.learning_rate
+        factor = training.pb_rate_factor
+        if not model.stochastic:
+            factor = training.deterministic_pb_rate_factor
         groups: list[dict[str, Any]] = [
-            {"params": pbs, "lr": rate * training.pb_rate_factor},
+            {"params": pbs, "lr": rate * factor},
             {"params": others},
         ]
         self._optimizers: dict[str, torch.optim.Optimizer] = {
