@@ -82,19 +82,22 @@ class ViewPanel:
         facts = self._facts[state.active]
         dims = min(facts.pb_dim, MAX_AXES)
         pairs: list[tuple[int, ...]] = [*combinations(range(dims), 2)] or [(0,)]
-        self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs])
-        self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA])
+        axes = state.landscape_axes
+        shown = (axes_label("PC", state.map_axes), PCA if axes == "pca" else axes_label("μ", axes))
+        self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs], shown[0])
+        self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA], shown[1])
         self._colouring.show(_key(COLOURINGS, state.colouring))
         self._window.show(_key(WINDOWS, state.window))
-        self._map_axes.show(axes_label("PC", state.map_axes))
-        axes = state.landscape_axes
-        self._axes.show(PCA if axes == "pca" else axes_label("μ", axes))
+        self._map_axes.show(shown[0])
+        self._axes.show(shown[1])
         self._use_target.show(state.use_target)
 
     @staticmethod
-    def _options(bound: Bound, options: list[str]) -> None:
-        if bound.handle.options != tuple(options):
-            bound.handle.options = tuple(options)
+    def _options(bound: Bound, options: list[str], shown: str) -> None:
+        """Offer these, and what is shown: a state code may hold axes that are not offered."""
+        wanted = tuple(options) if shown in options else (*options, shown)
+        if bound.handle.options != wanted:
+            bound.handle.options = wanted
 
 
 def axes_label(letter: str, axes: tuple[int, ...]) -> str:
