@@ -1,0 +1,524 @@
+"""The panels: what a person's hand on a widget asks for, and what the widgets say of a state."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable, Iterator
+from itertools import combinations
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import viser
+
+from rnnpb_explorer.app import intents as do
+from rnnpb_explorer.app.panels.bound import HELD_SECONDS, Bound, on_click
+from rnnpb_explorer.app.panels.explore import PAGE, ExplorePanel
+from rnnpb_explorer.app.panels.joints import JointsPanel, curves, observed_frames, shown_joints
+from rnnpb_explorer.app.panels.playback import PlaybackPanel
+from rnnpb_explorer.app.panels.readout import readout
+from rnnpb_explorer.app.panels.recognise import RecognisePanel, example_files, status_line
+from rnnpb_explorer.app.panels.view import PCA, ViewPanel, axes_label, parse_axes
+from rnnpb_explorer.app.state import AppState, initial_state
+from rnnpb_explorer.app.transitions import Facts
+from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.words import target_label, window_label
+from rnnpb_explorer.core.data import PEPPER_JOINTS
+
+from .app_states import (
+    FACTS,
+    JOINTS,
+    MU,
+    ONE_DIMENSION,
+    TWELVE_DIMENSIONS,
+    after,
+    answer,
+    make_facts,
+    make_trace,
+    open_screen,
+    target_motion,
+)
+
+DO_NOTHING = (lambda: None, lambda: None)  # reset the view, download
+LARGEST = (make_facts(128, "vast"),)
+DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
+ALL_SIZES = pytest.mark.parametrize(
+    "facts",
+    [ONE_DIMENSION, FACTS, DETERMINISTIC, TWELVE_DIMENSIONS, LARGEST],
+    ids=["D1", "D3", "deterministic", "D12", "D128"],
+)
+
+
+class Clock:
+    """A clock that a test moves."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    made = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def gui(server: viser.ViserServer) -> Iterator[viser.GuiApi]:
+    yield server.gui
+    server.gui.reset()
+
+
+def hand(handle: Any, value: object = True) -> None:
+    """A person sets a widget: viser stores the value, then tells of it with the person's client."""
+    handle._impl.value = value
+    event = SimpleNamespace(client=object(), client_id=0, target=handle)
+    for callback in handle._impl.update_cb:
+        result = callback(event)
+        if asyncio.iscoroutine(result):
+            asyncio.run(result)
+
+
+def labelled(gui: viser.GuiApi, label: str) -> Any:
+    """The widget with this label."""
+    found = [
+        handle
+        for handle in gui._gui_input_handle_from_uuid.values()
+        if getattr(handle, "label", None) == label
+    ]
+    (handle,) = found
+    return handle
+
+
+# --- a widget whose value belongs to the state ---
+def bound(gui: viser.GuiApi) -> tuple[Bound, list[float], Clock]:
+    changed: list[float] = []
+    clock = Clock()
+    slider = gui.add_slider("x", 0.0, 1.0, 0.01, 0.5)
+    return Bound(slider, changed.append, clock), changed, clock
+
+
+def test_a_person_is_reported_once(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    hand(widget.handle, 0.75)
+    assert changed == [0.75]
+
+
+def test_the_apps_own_hand_is_not_reported(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    widget.show(0.25)
+    assert widget.handle.value == 0.25
+    event = SimpleNamespace(client=None, client_id=None, target=widget.handle)
+    asyncio.run(widget._on_update(event))  # type: ignore[arg-type]
+    assert changed == []
+
+
+def test_a_widget_in_a_persons_hand_is_left_alone(gui: viser.GuiApi) -> None:
+    widget, _, clock = bound(gui)
+    hand(widget.handle, 0.75)
+    widget.show(0.5)  # a state from a moment ago
+    assert widget.handle.value == 0.75
+    clock.now += 0.9 * HELD_SECONDS
+    widget.show(0.5)
+    assert widget.handle.value == 0.75
+    clock.now += 0.2 * HELD_SECONDS
+    widget.show(0.5)
+    assert widget.handle.value == 0.5
+
+
+def test_a_value_that_stands_there_is_not_written_again(gui: viser.GuiApi) -> None:
+    written: list[object] = []
+
+    class Handle:
+        def on_update(self, _: object) -> None: ...
+        @property
+        def value(self) -> float:
+            return 0.5
+
+        @value.setter
+        def value(self, value: float) -> None:
+            written.append(value)
+
+    Bound(Handle(), lambda _: None).show(0.5)
+    assert written == []
+
+
+def test_a_button_tells_of_a_persons_press_alone(gui: viser.GuiApi) -> None:
+    presses: list[int] = []
+    button = gui.add_button("press")
+    on_click(button, lambda: presses.append(1))
+    hand(button)
+    assert presses == [1]
+
+
+# --- explore ---
+@ALL_SIZES
+def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Facts) -> None:
+    sent: list[do.Intent] = []
+    state = open_screen(facts)
+    panel = ExplorePanel(gui, facts, sent.append)
+    panel.show(state)
+    dim = facts[0].pb_dim
+    for first in range(0, dim, PAGE):
+        if dim > PAGE:
+            hand(labelled(gui, "Dimensions"), f"{first + 1}–{min(first + PAGE, dim)}")
+            panel.show(state)
+        for index in range(first, min(first + PAGE, dim)):
+            slider = labelled(gui, f"μ {index + 1}")
+            assert slider.value == pytest.approx(facts[0].mu[0, index])
+            assert slider.min <= slider.value <= slider.max
+            sent.clear()
+            hand(slider, 0.125)
+            assert sent == [do.SetMu(index, 0.125)]
+            if facts[0].stochastic:
+                sent.clear()
+                hand(labelled(gui, f"σ {index + 1}"), 0.25)
+                assert sent == [do.SetSigma(index, 0.25)]
+
+
+def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
+    ExplorePanel(gui, DETERMINISTIC, lambda _: None).show(open_screen(DETERMINISTIC))
+    labels = [getattr(h, "label", "") for h in gui._gui_input_handle_from_uuid.values()]
+    assert "μ 1" in labels
+    assert not any(str(label).startswith("σ") for label in labels)
+
+
+@pytest.mark.parametrize("value", [19.9, -20.0, 7.3])
+def test_a_slider_widens_for_a_value_beyond_its_end(gui: viser.GuiApi, value: float) -> None:
+    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    panel.show(after(FACTS, open_screen(), do.SetMu(0, value)))
+    slider = labelled(gui, "μ 1")
+    assert slider.value == pytest.approx(value)
+    assert slider.min <= value <= slider.max
+
+
+def test_the_buttons_ask_for_what_they_say(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ExplorePanel(gui, FACTS, sent.append).show(open_screen())
+    for label, word in (
+        *(("Go to", "Reset"), ("Go to", "Random"), ("Go to", "Undo")),
+        *(("Noise ε", "New"), ("Noise ε", "None")),
+    ):
+        hand(labelled(gui, label), word)
+    assert sent == [
+        do.ResetLatent(),
+        do.RandomiseLatent(),
+        do.Undo(),
+        do.NewNoise(),
+        do.ClearNoise(),
+    ]
+
+
+def test_far_from_everything_learnt_the_panel_says_so(gui: viser.GuiApi) -> None:
+    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    assert "Extrapolating" not in panel._note.content
+    panel.show(after(FACTS, open_screen(), do.SetMu(0, 15.0)))
+    assert "Extrapolating" in panel._note.content
+
+
+# --- playback ---
+def test_the_playback_widgets_follow_the_state(gui: viser.GuiApi) -> None:
+    clock = Clock()
+    panel = PlaybackPanel(gui, FACTS, lambda _: None, clock)
+    state = open_screen()
+    panel.show(state)
+    assert labelled(gui, "Frame").max == 11
+    state = after(FACTS, state, do.Seek(7), do.SetSpeed(2.0), do.SetLoop(False))
+    panel.show(state)
+    assert labelled(gui, "Frame").value == 7
+    assert labelled(gui, "Speed ×").value == 2.0
+    assert labelled(gui, "Loop").value is False
+    assert labelled(gui, "Play") is not None
+    state, works = update(FACTS, state, do.SelectMotion(3))
+    clock.now += 1.0
+    panel.show(answer(FACTS, state, works))
+    assert labelled(gui, "Frame").max == 20
+
+
+def test_the_playback_widgets_ask_for_absolute_values(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    PlaybackPanel(gui, FACTS, sent.append).show(open_screen())
+    hand(labelled(gui, "Frame"), 5)
+    hand(labelled(gui, "Speed ×"), 0.5)
+    hand(labelled(gui, "Loop"), False)
+    hand(labelled(gui, "Pause"))
+    assert sent == [do.Seek(5), do.SetSpeed(0.5), do.SetLoop(False), do.TogglePlaying()]
+
+
+def test_every_speed_of_the_state_fits_its_slider(gui: viser.GuiApi) -> None:
+    panel = PlaybackPanel(gui, FACTS, lambda _: None)
+    for speed in (0.0, 99.0):
+        panel.show(after(FACTS, open_screen(), do.SetSpeed(speed)))
+        slider = labelled(gui, "Speed ×")
+        assert slider.min <= slider.value <= slider.max
+
+
+# --- view ---
+@pytest.mark.parametrize("letter", ["PC", "μ"])
+def test_a_label_of_axes_says_which_they_are(letter: str) -> None:
+    for axes in [(0,), *combinations(range(12), 2), (127, 3)]:
+        assert parse_axes(axes_label(letter, axes)) == axes
+
+
+@ALL_SIZES
+def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts: Facts) -> None:
+    sent: list[do.Intent] = []
+    panel = ViewPanel(gui, facts, sent.append, lambda: "code", *DO_NOTHING)
+    state = open_screen(facts)
+    panel.show(state)
+    for bound_ in (panel._map_axes, panel._axes):
+        for option in bound_.handle.options:
+            sent.clear()
+            hand(bound_.handle, option)
+            (intent,) = sent
+            moved, _ = update(facts, state, intent)
+            shown = moved.map_axes if bound_ is panel._map_axes else moved.landscape_axes
+            assert shown == ("pca" if option == PCA else parse_axes(option))
+
+
+def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> None:
+    """A state code may hold them."""
+    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", *DO_NOTHING)
+    state = after(LARGEST, open_screen(LARGEST), do.SetMapAxes((20, 99)))
+    panel.show(after(LARGEST, state, do.SetLandscapeAxes((100, 2))))
+    for bound_, label in ((panel._map_axes, "PC21, PC100"), (panel._axes, "μ101, μ3")):
+        assert bound_.handle.value == label
+        assert label in bound_.handle.options
+
+
+def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", *DO_NOTHING).show(open_screen())
+    hand(labelled(gui, "Show the code of this screen"))
+    assert labelled(gui, "Code").value == "rnnpb1-x"
+    hand(labelled(gui, "Restore from the code"))
+    assert sent == [do.RestoreCode("rnnpb1-x")]
+
+
+# --- joints ---
+def test_the_chosen_joint_comes_first_and_then_its_neighbours() -> None:
+    reference = np.zeros((4, 5), np.float32)
+    assert shown_joints(JOINTS, "a", reference) == [0, 1, 2]
+    assert shown_joints(JOINTS, "e", reference) == [4, 2, 3]
+    assert shown_joints(("a",), "a", reference[:, :1]) == [0]
+
+
+def test_without_a_choice_the_joints_that_move_most_are_shown() -> None:
+    reference = np.zeros((4, 5), np.float32)
+    reference[1] = [0.1, 0.9, 0.3, -2.0, 0.2]
+    assert shown_joints(JOINTS, "", reference) == [3, 1, 2]
+    assert shown_joints(JOINTS, "of another robot", reference) == [3, 1, 2]
+
+
+@pytest.mark.parametrize(("generated", "target"), [(6, 6), (6, 3), (3, 6), (2, 9)])
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_curves_have_one_time_axis(generated: int, target: int, share: float) -> None:
+    ours = np.linspace(0, 1, generated, dtype=np.float32)
+    theirs = np.linspace(1, 2, target, dtype=np.float32)
+    frame = round(share * (generated - 1))
+    series, low, high = curves(ours, theirs, frame, fps=10.0, observed=2)
+    seconds, solid, dashed, cursor, *shade = series
+    assert {len(one) for one in series} == {max(generated, target) + 1}
+    assert (np.diff(seconds) > 0).all()  # uPlot needs rising times
+    assert low < 0.0
+    assert high > 2.0
+    kept = np.delete(np.arange(len(seconds)), frame + 1)  # without the cursor's second sample
+    np.testing.assert_allclose(seconds[kept], np.arange(max(generated, target)) / 10)
+    np.testing.assert_array_equal(solid[kept][:generated], ours)
+    np.testing.assert_array_equal(dashed[kept][:target], theirs)
+    assert np.isnan(solid[kept][generated:]).all()
+    assert np.isnan(dashed[kept][target:]).all()
+    assert np.flatnonzero(np.isfinite(cursor)).tolist() == [frame, frame + 1]
+    assert cursor[[frame, frame + 1]].tolist() == [low, high]
+    shaded = np.flatnonzero(np.nan_to_num(shade[0] - shade[1]) > 0)
+    assert (seconds[shaded] < 0.2).all()
+    assert len(shaded) >= 2
+
+
+def test_a_joint_that_never_moves_has_a_plot_with_height() -> None:
+    still = np.zeros(5, np.float32)
+    _, low, high = curves(still, still, 0, fps=10.0, observed=0)
+    assert low < 0.0 < high
+
+
+def test_what_is_observed_is_shaded_only_while_the_target_is_looked_at() -> None:
+    state = after(FACTS, open_screen(), do.SetTarget(target_motion(10)))
+    assert observed_frames(open_screen(), 12) == 0
+    assert observed_frames(state, 10) == 8
+    assert observed_frames(after(FACTS, state, do.SetUseTarget(False)), 10) == 0
+
+
+def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
+    facts = (FACTS[0], make_facts(2, "other", joints=("x", "y", "c", "d", "e")))
+    sent: list[do.Intent] = []
+    panel = JointsPanel(gui, facts, sent.append, Clock())
+    panel.show(initial_state(facts))  # before any motion
+    state = open_screen(facts)
+    panel.show(state)
+    chooser = labelled(gui, "Joints")
+    state = after(facts, state, do.SetJoint("b"))
+    panel.show(state)
+    assert chooser.value == "b"
+    panel.show(after(facts, state, do.SelectModel(1)))  # which has no joint of that name
+    assert "x" in chooser.options
+    assert chooser.value in chooser.options
+    hand(chooser, "x")
+    hand(chooser, chooser.options[0])
+    assert sent == [do.SetJoint("x"), do.SetJoint("")]
+
+
+# --- recognise ---
+RunMaker = Callable[[], AppState]
+
+
+def before_a_run() -> AppState:
+    return after(FACTS, open_screen(), do.SetTarget(target_motion()))
+
+
+def in_a_run(trials: int = 2) -> AppState:
+    state = after(FACTS, before_a_run(), do.SetRecognitionOption("iterations", 20))
+    state = after(FACTS, state, do.StartRecognition())
+    trace = make_trace(np.linspace(0, 1, 6 * trials * 3).reshape(6, trials, 3))
+    return after(FACTS, state, do.RecognitionStepped(state.recognition.request, trace))
+
+
+def after_a_run(trials: int = 2) -> AppState:
+    state = in_a_run(trials)
+    return after(FACTS, state, do.RecognitionFinished(state.recognition.request))
+
+
+def test_without_a_target_nothing_can_be_started(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    assert labelled(gui, "Start").disabled
+    panel.show(before_a_run())
+    assert not labelled(gui, "Start").disabled
+    assert "given" in panel._target.content
+
+
+def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(in_a_run())
+    assert not labelled(gui, "Start").visible
+    assert labelled(gui, "Cancel").visible
+    assert not labelled(gui, "Iteration").visible
+    assert panel._progress.visible
+    assert panel._progress.value == pytest.approx(25.0)  # 5 of 20
+    reset = after(FACTS, in_a_run(), do.SetRecognitionOption("iterations", 1))  # of the next run
+    panel.show(reset)
+    assert panel._progress.value == pytest.approx(25.0)
+    assert "of 20" in status_line(reset.recognition)
+    panel.show(after(FACTS, in_a_run(), do.CancelRecognition()))
+    assert labelled(gui, "Start").visible
+    assert not labelled(gui, "Cancel").visible
+    assert not panel._progress.visible
+
+
+def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = RecognisePanel(gui, FACTS, sent.append)
+    state = after_a_run()
+    panel.show(state)
+    iteration, trial = labelled(gui, "Iteration"), labelled(gui, "Trial")
+    assert iteration.visible
+    assert trial.visible
+    assert (iteration.max, trial.max) == (5, 2)
+    assert state.recognition.trace is not None
+    best = state.recognition.trace.best
+    assert (iteration.value, trial.value) == (best[0] + 1, best[1] + 1)
+    hand(iteration, 3)
+    hand(trial, 1)
+    assert sent == [do.ScrubRecognition(2, best[1]), do.ScrubRecognition(2, 0)]
+
+
+def test_one_trial_needs_no_choice_of_trials(gui: viser.GuiApi) -> None:
+    RecognisePanel(gui, FACTS, lambda _: None).show(after_a_run(trials=1))
+    assert not labelled(gui, "Trial").visible
+
+
+def test_the_settings_ask_for_what_they_say(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = RecognisePanel(gui, FACTS, sent.append)
+    panel.show(before_a_run())
+    hand(labelled(gui, "Observed"), 0.5)
+    hand(labelled(gui, "Iterations"), 40)
+    hand(labelled(gui, "Trials"), 3)
+    for option in labelled(gui, "Warm start").options:
+        hand(labelled(gui, "Warm start"), option)
+    for button in ("Start", "Cancel", "Forget the target"):
+        hand(labelled(gui, button))
+    options = [i for i in sent if isinstance(i, do.SetRecognitionOption)]
+    assert [(option.name, option.value) for option in options] == [
+        ("observed", 0.5),
+        ("iterations", 40),
+        ("trials", 3),
+        ("init", "learned"),
+        ("init", "baseline"),
+        ("init", "random"),
+    ]
+    assert sent[-3:] == [do.StartRecognition(), do.CancelRecognition(), do.ClearTarget()]
+
+
+def test_the_examples_that_ship_are_targets(gui: viser.GuiApi) -> None:
+    facts = (make_facts(joints=PEPPER_JOINTS),)
+    sent: list[do.Intent] = []
+    panel = RecognisePanel(gui, facts, sent.append)
+    panel.show(open_screen(facts))
+    names = list(example_files())
+    if not names:
+        pytest.skip("no examples ship")
+    for name in names:
+        hand(labelled(gui, "Example"), name)
+    motions = [intent.motion for intent in sent if isinstance(intent, do.SetTarget)]
+    assert [motion.name for motion in motions] == names
+    sent.clear()
+    hand(labelled(gui, "Example"), "choose …")
+    assert sent == []
+
+
+def test_the_status_says_how_far_the_run_is() -> None:
+    assert status_line(before_a_run().recognition) == ""
+    assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run().recognition)
+    cancelled = after(FACTS, in_a_run(), do.CancelRecognition()).recognition
+    assert status_line(cancelled) == "Recognition cancelled after 5 iterations"
+    assert status_line(after_a_run().recognition).startswith("Recognition done: best iterate: 5")
+
+
+def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    state = after_a_run()
+    assert state.recognition.trace is not None
+    state.recognition.trace.prediction_error[:] = math.nan
+    panel.show(state)
+    assert len(panel._loss.data[0]) == 5
+
+
+# --- words ---
+def test_the_readout_says_complete_only_of_what_is_asked_for() -> None:
+    state = open_screen()
+    assert readout(FACTS[0], state).startswith("Landscape 20×20 complete: mean 0.000")
+    moved = after(FACTS, state, do.SetMu(2, 0.9))  # the newer one has not come
+    assert readout(FACTS[0], moved).startswith("Landscape coarse")
+    assert readout(FACTS[0], initial_state(FACTS)) == "Landscape …"
+
+
+def test_the_target_is_called_by_its_name() -> None:
+    assert target_label(FACTS[0], open_screen()) == "wave (own reconstruction, σ = 0)"
+    data = (make_facts(data=(target_motion(), None, None, None)),)
+    assert target_label(data[0], open_screen(data)) == "wave (data)"
+    state = before_a_run()
+    assert target_label(FACTS[0], state) == "given"
+    state = after(FACTS, state, do.SetUseTarget(False))
+    assert target_label(FACTS[0], state) == "wave (own reconstruction, σ = 0)"
+
+
+def test_the_window_is_called_by_its_width() -> None:
+    assert window_label(FACTS[0], open_screen()) == "±1"
+    relative = after(FACTS, open_screen(), do.SetWindow("sd"))
+    assert window_label(FACTS[0], relative) == f"±0.7 sd (±{0.7 * MU.std():.2f})"
