@@ -110,7 +110,8 @@ class Dataset:
             Motion(name, joints, by_name[name].positions[:, order], by_name[name].fps)
             for name in names
         )
-        return Dataset(motions, {name: self.labels[name] for name in names}, self.attribution)
+        labels = {name: self.labels[name] for name in names if name in self.labels}
+        return Dataset(motions, labels, self.attribution)
 
 
 def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = None) -> Dataset:

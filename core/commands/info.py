@@ -24,14 +24,15 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json.dumps(facts, ensure_ascii=False, indent=2, allow_nan=False))
         return
-    for name in ("pb_dim", "hidden_size", "behavior", "beta", "fps"):
-        print(f"{name:12} {facts[name]}")
-    print(f"{'joints':12} {', '.join(facts['joints'])}")
-    for name, value in (facts["metrics"] | model.info.training).items():
-        print(f"{name:12} {value:.6g}" if isinstance(value, float) else f"{name:12} {value}")
+    shown = {name: facts[name] for name in ("pb_dim", "hidden_size", "behavior", "beta", "fps")}
+    shown |= {"joints": ", ".join(facts["joints"])} | facts["metrics"] | model.info.training
     if model.info.attribution:
-        print(f"{'attribution':12} {model.info.attribution}")
-    print(f"{'motions':12} {model.config.num_motions}")
+        shown["attribution"] = model.info.attribution
+    shown["motions"] = model.config.num_motions
+    width = max(map(len, shown))
+    for name, value in shown.items():
+        text = f"{value:.6g}" if isinstance(value, float) else str(value)
+        print(f"{name:{width}}  {text}")
     for index in range(model.config.num_motions if model.info.motions else 0):
         print(f"  {index:3}  {model.motion_name(index):24} {model.length(index)} frames")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import shlex
 import signal
 import time
@@ -64,7 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
         session.restore(Path(arguments.resume))
     with _stop_asked() as asked:
         for _ in session.epochs():
-            if asked:
+            if asked and trainer.epoch < training.epochs:
                 session.save()
                 raise KeyboardInterrupt(
                     f"stopped after epoch {trainer.epoch} of {training.epochs}; to go on: "
@@ -188,6 +189,11 @@ class _Session:
                 "training", total=total, completed=first, loss=0.0, error=0.0, kl=0.0, rate=0.0
             )
             for progress in self.trainer.run():
+                if not math.isfinite(progress.loss):
+                    raise InputError(
+                        f"training diverged in epoch {progress.epoch}: the loss is "
+                        f"{progress.loss}; another seed or a smaller beta may help"
+                    )
                 self._last = progress
                 rate = (progress.epoch - first) / (time.monotonic() - self._started)
                 bar.update(
@@ -212,11 +218,13 @@ class _Session:
 
     def finish(self) -> None:
         """Put the training record and the measured error into the model."""
-        from ..evaluation import reconstruction
+        from ..evaluation import reconstruction, reconstruction_at_mean
 
         model, recipe = self.trainer.model, self.trainer.training
         seconds = self.seconds
-        mean, sd = reconstruction(model, self.dataset.motions, METRIC_SAMPLES, seed=0)
+        motions = self.dataset.motions
+        mean, sd = reconstruction(model, motions, METRIC_SAMPLES, seed=0)
+        at_mean = reconstruction_at_mean(model, motions)
         model.info.training = asdict(recipe) | {
             "seconds": round(seconds, 1),
             "device": str(model.mu.device.type),
@@ -229,6 +237,8 @@ class _Session:
             "reconstruction_mean": mean,
             "reconstruction_sd": sd,
             "reconstruction_samples": METRIC_SAMPLES,
+            "reconstruction_at_mean": float(at_mean.mean()),
+            "reconstruction_at_mean_worst": float(at_mean.max()),
         }
 
 

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -56,6 +56,9 @@ def test_the_checkpoint_and_its_record(rnnpb: Rnnpb) -> None:
     mean, sd = reconstruction(model, dataset.motions, 100, seed=0)
     assert info.metrics["reconstruction_mean"] == pytest.approx(mean, rel=1e-4)
     assert info.metrics["reconstruction_sd"] == pytest.approx(sd, rel=1e-4)
+    at_mean = reconstruction_at_mean(model, dataset.motions)
+    assert info.metrics["reconstruction_at_mean"] == pytest.approx(at_mean.mean(), rel=1e-4)
+    assert info.metrics["reconstruction_at_mean_worst"] == pytest.approx(at_mean.max(), rel=1e-4)
     assert sorted(path.name for path in Path().iterdir()) == ["C.pt", "data", "tiny.pt"]
 
 
@@ -136,6 +139,20 @@ def test_a_run_that_does_not_fit_resume(
     torch.save(content, "B.resume.pt")
     Path("data/bow.csv").write_text(bow)
     assert "B.resume.pt is damaged and cannot be resumed" in rnnpb.refuses(*flags)
+
+
+def test_a_run_that_diverges_writes_nothing(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = Trainer.run
+
+    def diverging(self: Trainer) -> Iterator[TrainingProgress]:
+        for progress in run(self):
+            lost = progress.epoch == 3
+            yield replace(progress, loss=float("nan")) if lost else progress
+
+    monkeypatch.setattr(Trainer, "run", diverging)
+    said = rnnpb.refuses("train", "--data", "data", *RECIPE, "--out", "B.pt")
+    assert "training diverged in epoch 3: the loss is nan" in said
+    assert not list(Path().glob("*B*"))
 
 
 def test_an_existing_file_survives_an_interruption(rnnpb: Rnnpb, ctrl_c_in_epoch_3: None) -> None:
