@@ -70,20 +70,25 @@ def test_a_recognition_can_be_cancelled(recognising: ExplorerPage, novel_motion:
     recognising.button("Start").wait_for()
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
-        ("joint.csv", b"HeadPitch,HeadYaw\n0,0\n0,0\n", "HipPitch"),
-        ("text.csv", b"not a motion at all", "text.csv"),
-        ("empty.csv", b"", "empty"),
-        ("binary.csv", bytes(range(256)), "UTF-8"),
-    ],
-)
+BROKEN = {  # file name: content and what the message must say
+    "joint.csv": (b"HeadPitch,HeadYaw\n0,0\n0,0\n", "HipPitch"),
+    "text.csv": (b"not a motion at all", "text.csv"),
+    "empty.csv": (b"", "empty"),
+    "binary.csv": (bytes(range(256)), "UTF-8"),
+}
+
+
 def test_a_broken_file_shows_its_error_and_the_session_lives_on(
-    recognising: ExplorerPage, name: str, content: bytes, reason: str
+    recognising: ExplorerPage, novel_motion: bytes
 ) -> None:
-    recognising.upload(name, content)
-    recognising.alert(reason).wait_for()
+    text = novel_motion.decode().splitlines()
+    text[7] = "nan" + text[7][text[7].index(",") :]
+    broken = {**BROKEN, "nan.csv": ("\n".join(text).encode(), "row 8, column HeadPitch")}
+    for name, (content, reason) in broken.items():
+        recognising.upload(name, content)
+        recognising.alert(reason).first.wait_for()
+    recognising.screenshot("broken-files")
+    assert recognising.button("Start").is_disabled()  # nothing was taken over
     pose = recognising.poses(ROBOT)
     recognising.tab("Explore")
     recognising.set_value("μ 1", recognising.value("μ 1") + 0.7)
