@@ -5,10 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from rnnpb_explorer.core import RNNPB
 
 from .cli_harness import Rnnpb
+
+# How long an example takes says how busy the machine is, not whether the program is right.
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 
 @pytest.fixture
