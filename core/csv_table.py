@@ -165,7 +165,7 @@ def _delimiter(text: str, names: Sequence[str]) -> str:
     """
     first = next((line for line in io.StringIO(text) if line.strip()), "")
     in_use = [delimiter for delimiter in "\t;," if delimiter in first]
-    for delimiter in in_use if names else ():
+    for delimiter in [*in_use, ","] if names else ():  # a lone column may be called ';'
         try:
             cells = {cell.strip() for cell in next(csv.reader([first], delimiter=delimiter))}
         except csv.Error:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -145,6 +145,7 @@ def motions(draw: st.DrawFn) -> Motion:
 
 
 @given(motions())
+@example(Motion("x", (";",), np.zeros((2, 1), dtype=np.float32)))
 def test_round_trip_is_exact(motion: Motion) -> None:
     back = parse_motion(format_motion(motion).encode(), motion.joints, name="x")
     assert back.positions.tobytes() == motion.positions.tobytes()
