@@ -187,7 +187,7 @@ def _describe(model: RNNPB, name: str, dataset: Dataset | None) -> ModelFacts:
 
 
 def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOptions) -> AppState:
-    motion = 0
+    motion = liveliest(facts[0])
     if options.motion is not None:
         names = facts[0].motions
         motion = (
@@ -205,6 +205,13 @@ def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOp
         playback = replace(state.playback, playing=False, phase=options.frame / max(last, 1))
         state = replace(state, playback=playback)
     return state
+
+
+def liveliest(facts: ModelFacts) -> int:
+    """The motion to open with: the one of the highest arousal, or the first where none is rated."""
+    labels = [facts.labels.get(name) for name in facts.motions]
+    ratings = [label.arousal or 0.0 if label is not None else 0.0 for label in labels]
+    return ratings.index(max(ratings))
 
 
 def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:

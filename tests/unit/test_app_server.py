@@ -19,6 +19,7 @@ from rnnpb_explorer.app.server import (
     App,
     ServerOptions,
     describe_models,
+    liveliest,
     load_models,
     model_names,
     opening_state,
@@ -28,7 +29,7 @@ from rnnpb_explorer.app.server import (
 from rnnpb_explorer.app.statecode import encode
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.core.model import RNNPB, ModelInfo
+from rnnpb_explorer.core.model import RNNPB, ModelInfo, MotionLabel
 from rnnpb_explorer.core.motion import Motion, write_motion
 from rnnpb_explorer.robot.description import load_robot
 
@@ -284,3 +285,13 @@ def test_it_opens_with_a_state_code(tiny_model: RNNPB, options: ServerOptions) -
     assert opened.current.latent.mu[0] == 0.625
     with pytest.raises(InputError):
         opening_state(facts, tiny_model, replace(options, state_code="nonsense"))
+
+
+def test_it_opens_with_the_liveliest_motion(tiny_model: RNNPB) -> None:
+    facts = describe_models((tiny_model,), ServerOptions(checkpoints=("tiny.pt",)))[0]
+    rated = {
+        name: MotionLabel("", arousal=arousal)
+        for name, arousal in zip(facts.motions, (0.2, 0.9, None), strict=True)
+    }
+    assert liveliest(replace(facts, labels=rated)) == 1
+    assert liveliest(replace(facts, labels={})) == 0
