@@ -109,10 +109,11 @@ def _described(name: str) -> Path:
     except ModuleNotFoundError as error:
         raise InputError(f"robot_descriptions has no {name}; its README lists the names") from error
     except Exception as error:  # git's own errors: no network, no git, no space
-        reason = str(error).strip().splitlines()[-1:] or [type(error).__name__]
+        last = (str(error).strip().splitlines() or [type(error).__name__])[-1]
+        reason = last.strip().removeprefix("stderr: ").strip("' ")
         raise InputError(
-            f"{name} could not be downloaded ({reason[0].strip()}); it needs git and a network "
-            "the first time, or give the path of a .urdf file"
+            f"{name} could not be downloaded ({reason}); it needs git and a network the first "
+            "time, or give the path of a .urdf file"
         ) from error
     path = getattr(module, "URDF_PATH", None)
     if path is None:
@@ -170,6 +171,8 @@ def _parse(path: Path) -> yourdfpy.URDF:
 def _base_link(urdf: yourdfpy.URDF, path: Path) -> str:
     """The link that carries the others: of several without a parent, the one with most below it."""
     links = [link.name for link in urdf.robot.links]
+    if not links:
+        raise InputError(f"{path} has no link")
     children: dict[str, list[str]] = {}
     parents: dict[str, str] = {}
     for joint in urdf.robot.joints:

@@ -88,7 +88,8 @@ class KinematicTree:
     @cached_property
     def slide(self) -> NDArray[np.float64]:
         """(K, 3) axis in the parent frame"""
-        return np.einsum("kij,kj->ki", self.origins[:, :3, :3], self.axes)
+        slide: NDArray[np.float64] = np.einsum("kij,kj->ki", self.origins[:, :3, :3], self.axes)
+        return slide
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from trimesh.visual import TextureVisuals
+from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 if TYPE_CHECKING:
@@ -21,19 +21,32 @@ if TYPE_CHECKING:
     from .kinematics import KinematicTree
 
 Rgb = tuple[int, int, int]
-DEFAULT_ROUGHNESS = 0.6
+ROUGHNESS = 0.6  # of shapes that say nothing of it
+GREY = (0.8, 0.8, 0.8, 1.0)  # of shapes without a colour
+CREASE = np.radians(35)  # faces that meet at less are smooth, in files without normals
+LARGE = 200_000  # faces; smoothing them takes too long
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
     """One piece of a robot's surface.
 
-    frame: index of the moving frame that carries it, -1 for the base. mesh: in that frame, metres.
+    frame: index of the moving frame that carries it, -1 for the base.
+    mesh: in that frame, metres, with vertex normals.
+    material: what it looks like; colors (n, 4) uint8 and uv (n, 2) where its vertices have them.
     """
 
     frame: int
     link: str
     mesh: trimesh.Trimesh
+    material: PBRMaterial
+    colors: NDArray[np.uint8] | None = None
+    uv: NDArray[np.float64] | None = None
+
+    def moved(self, matrix: NDArray[np.float64]) -> Shape:
+        """By any affine transform (4, 4); a mirror turns the faces, too."""
+        mesh = self.mesh.copy(include_cache=True)
+        return replace(self, mesh=mesh.apply_transform(matrix))
 
 
 def load_shapes(
@@ -43,26 +56,26 @@ def load_shapes(
     materials = {material.name: material for material in urdf.robot.materials}
     shapes: list[Shape] = []
     warnings: dict[str, str] = {}  # by file name: one each
-    cache: dict[str, list[trimesh.Trimesh]] = {}
+    cache: dict[str, list[Shape]] = {}
     for link in urdf.robot.links:
         if link.name not in tree.links:
             continue
         frame, offset = tree.links[link.name]
         for visual in link.visuals:
-            name = visual.geometry.mesh.filename if visual.geometry.mesh is not None else ""
             try:
                 pieces = _pieces(visual.geometry, path, cache)
             except _Unusable as error:
+                name = visual.geometry.mesh.filename
                 warnings[name] = f"link {link.name} is shown without {name}: {error}"
                 continue
             pose = offset if visual.origin is None else offset @ visual.origin
             color = _urdf_color(visual, materials)
             for piece in pieces:
-                mesh = _copy(piece)
-                mesh.apply_transform(pose)
-                if color is not None and not isinstance(mesh.visual, TextureVisuals):
-                    mesh.visual = TextureVisuals(material=color)
-                shapes.append(Shape(frame, link.name, mesh))
+                # a file's own colours are worth more than the one that the URDF gives it
+                plain = piece.material.name is None and piece.colors is None
+                material = color if plain and color is not None else piece.material
+                placed = replace(piece.moved(pose), frame=frame, link=link.name, material=material)
+                shapes.append(placed)
     return tuple(shapes), list(warnings.values())
 
 
@@ -70,17 +83,15 @@ class _Unusable(Exception):
     """Why a mesh cannot be shown."""
 
 
-def _pieces(
-    geometry: yourdfpy.Geometry, path: Path, cache: dict[str, list[trimesh.Trimesh]]
-) -> list[trimesh.Trimesh]:
-    """The meshes of one geometry, with normals, in its own coordinates."""
+def _pieces(geometry: yourdfpy.Geometry, path: Path, cache: dict[str, list[Shape]]) -> list[Shape]:
+    """The shapes of one geometry, in its own coordinates."""
     if geometry.box is not None:
-        return [_with_normals(trimesh.creation.box(geometry.box.size))]
+        return [_shape(trimesh.creation.box(geometry.box.size))]
     if geometry.sphere is not None:
-        return [_with_normals(trimesh.creation.icosphere(3, geometry.sphere.radius))]
+        return [_shape(trimesh.creation.icosphere(3, geometry.sphere.radius))]
     if geometry.cylinder is not None:
         size = geometry.cylinder
-        return [_with_normals(trimesh.creation.cylinder(size.radius, size.length, sections=48))]
+        return [_shape(trimesh.creation.cylinder(size.radius, size.length, sections=48))]
     if geometry.mesh is None:
         return []
     name = geometry.mesh.filename
@@ -89,13 +100,15 @@ def _pieces(
         if file is None:
             raise _Unusable("no such file")
         cache[name] = list(_load(file))
+        if not cache[name]:
+            raise _Unusable("no triangles in it")
     scale = np.eye(4)
     if geometry.mesh.scale is not None:
         scale[[0, 1, 2], [0, 1, 2]] = geometry.mesh.scale
-    return [_copy(mesh).apply_transform(scale) for mesh in cache[name]]
+    return [shape.moved(scale) for shape in cache[name]]
 
 
-def _load(file: Path) -> Iterator[trimesh.Trimesh]:
+def _load(file: Path) -> Iterator[Shape]:
     try:
         scene = trimesh.load_scene(file)
     except Exception as error:  # each of trimesh's many readers fails in its own ways
@@ -104,24 +117,23 @@ def _load(file: Path) -> Iterator[trimesh.Trimesh]:
         transform, name = scene.graph[node]
         mesh = scene.geometry[name]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            yield _copy(_with_normals(mesh)).apply_transform(transform)
+            yield _shape(mesh).moved(transform)
 
 
-def _copy(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """With normals and vertex colours, which trimesh's own copy leaves out."""
-    copy = mesh.copy(include_cache=True)
-    if isinstance(mesh.visual, TextureVisuals) and "color" in mesh.visual.vertex_attributes:
-        copy.visual.vertex_attributes["color"] = mesh.visual.vertex_attributes["color"]
-    return copy
-
-
-def _with_normals(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The mesh with the normals of its file; without any, smooth where it is not creased."""
-    if "vertex_normals" not in mesh._cache:
-        if not isinstance(mesh.visual, TextureVisuals):
-            mesh = trimesh.graph.smooth_shade(mesh, angle=np.radians(35), facet_minarea=None)
+def _shape(mesh: trimesh.Trimesh) -> Shape:
+    """A mesh with its normals, or smooth ones where it has none, and its looks."""
+    visual = mesh.visual
+    if isinstance(visual, TextureVisuals):
+        material, colors = _pbr(visual.material), visual.vertex_attributes.data.get("color")
         _ = mesh.vertex_normals
-    return mesh
+        return Shape(-1, "", mesh, material, colors, visual.uv)
+    if "vertex_normals" not in mesh._cache and len(mesh.faces) < LARGE:
+        mesh = trimesh.graph.smooth_shade(mesh, angle=CREASE, facet_minarea=None)
+        visual = mesh.visual
+    _ = mesh.vertex_normals
+    if isinstance(visual, ColorVisuals) and visual.defined:
+        return Shape(-1, "", mesh, _painted(np.ones(4)), np.asarray(visual.vertex_colors))
+    return Shape(-1, "", mesh, _painted(np.array(GREY)))
 
 
 def resolve(name: str, urdf_path: Path) -> Path | None:
@@ -142,6 +154,34 @@ def resolve(name: str, urdf_path: Path) -> Path | None:
     return next((file for file in candidates if file.is_file()), None)
 
 
+# Looks. glTF takes a shape without a metallic factor for dark metal, so that each has its own here.
+
+
+def _painted(rgba: NDArray[np.float64]) -> PBRMaterial:
+    return PBRMaterial(
+        baseColorFactor=np.clip(np.round(rgba * 255), 0, 255).astype(np.uint8),
+        metallicFactor=0.0,
+        roughnessFactor=ROUGHNESS,
+        alphaMode="BLEND" if rgba[3] < 1 else None,
+    )
+
+
+def _pbr(material: PBRMaterial | SimpleMaterial) -> PBRMaterial:
+    """A file's material; it has a name, which tells it from the ones made here."""
+    named = material.name or "unnamed"
+    out: PBRMaterial
+    out = material.to_pbr() if isinstance(material, SimpleMaterial) else material.copy()
+    out.name = named
+    glow = out.emissiveFactor
+    if glow is not None and np.min(glow) > 0.99 and out.emissiveTexture is None:
+        out.emissiveFactor = None  # exporters write this; nothing of the shape would be seen
+    if out.metallicFactor is None:
+        out.metallicFactor = 0.0
+    if out.roughnessFactor is None:
+        out.roughnessFactor = ROUGHNESS
+    return out
+
+
 def _urdf_color(
     visual: yourdfpy.Visual, materials: dict[str, yourdfpy.Material]
 ) -> PBRMaterial | None:
@@ -151,16 +191,7 @@ def _urdf_color(
         material = materials.get(material.name)
     if material is None or material.color is None:
         return None
-    return _pbr(np.asarray(material.color.rgba, dtype=np.float64))
-
-
-def _pbr(rgba: NDArray[np.float64], roughness: float = DEFAULT_ROUGHNESS) -> PBRMaterial:
-    return PBRMaterial(
-        baseColorFactor=np.clip(np.round(rgba * 255), 0, 255).astype(np.uint8),
-        metallicFactor=0.0,
-        roughnessFactor=roughness,
-        alphaMode="BLEND" if rgba[3] < 1 else None,
-    )
+    return _painted(np.asarray(material.color.rgba, dtype=np.float64))
 
 
 def to_glb(shapes: list[Shape], tint: Rgb | None = None, opacity: float | None = None) -> bytes:
@@ -170,46 +201,28 @@ def to_glb(shapes: list[Shape], tint: Rgb | None = None, opacity: float | None =
         tint: a colour to multiply with the shapes' own, 0 to 255.
         opacity: from 0 (not there) to 1.
     """
+    factor = np.ones(4) if tint is None else np.array([*tint, 255]) / 255
+    if opacity is not None:
+        factor[3] = opacity
     scene = trimesh.Scene()
     for shape in shapes:
-        mesh = _copy(shape.mesh)
-        mesh.visual = _visual(mesh, tint, opacity)
+        mesh = shape.mesh.copy(include_cache=True)
+        visual = TextureVisuals(uv=shape.uv, material=_tinted(shape.material, factor))
+        if shape.colors is not None:
+            visual.vertex_attributes["color"] = shape.colors
+        mesh.visual = visual
         scene.add_geometry(mesh)
     buffer = io.BytesIO()
     scene.export(buffer, file_type="glb", include_normals=True)
     return buffer.getvalue()
 
 
-def _visual(mesh: trimesh.Trimesh, tint: Rgb | None, opacity: float | None) -> TextureVisuals:
-    """The mesh's material as glTF wants it: without one, a viewer shows dark metal."""
-    visual = mesh.visual
-    factor = np.ones(4)
-    if tint is not None:
-        factor[:3] = np.asarray(tint) / 255
-    if opacity is not None:
-        factor[3] = opacity
-    if not isinstance(visual, TextureVisuals):
-        colors = np.asarray(visual.vertex_colors) if visual.defined else None
-        base = np.full(4, 0.8) if colors is None else np.ones(4)
-        base[3] = 1.0 if colors is None else colors[:, 3].min() / 255
-        out = TextureVisuals(material=_pbr(base * factor))
-        if colors is not None:
-            out.vertex_attributes["color"] = colors
-        return out
-    material = visual.material
-    if isinstance(material, SimpleMaterial):
-        material = material.to_pbr()
-    material = material.copy()
-    base = material.baseColorFactor
-    rgba = np.ones(4) if base is None else np.asarray(base, dtype=np.float64) / 255
-    material.baseColorFactor = np.round(rgba * factor * 255).astype(np.uint8)
-    if material.metallicFactor is None:
-        material.metallicFactor = 0.0
-    if material.roughnessFactor is None:
-        material.roughnessFactor = DEFAULT_ROUGHNESS
-    if (rgba * factor)[3] < 1:
-        material.alphaMode = "BLEND"
-    out = TextureVisuals(uv=visual.uv, material=material)
-    if "color" in visual.vertex_attributes:
-        out.vertex_attributes["color"] = visual.vertex_attributes["color"]
+def _tinted(material: PBRMaterial, factor: NDArray[np.float64]) -> PBRMaterial:
+    if np.all(factor == 1):
+        return material
+    out: PBRMaterial = material.copy()
+    base = np.full(4, 255) if out.baseColorFactor is None else np.asarray(out.baseColorFactor)
+    out.baseColorFactor = np.round(base * factor).astype(np.uint8)
+    if factor[3] < 1:
+        out.alphaMode = "BLEND"
     return out

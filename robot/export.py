@@ -1,0 +1,271 @@
+"""A motion for a real robot: CSV, JSON, or a NAOqi script; nothing here connects to one."""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+import re
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.csv_table import MAX_ANGLE
+from ..core.errors import InputError
+from ..core.motion import Motion, check_length, format_motion
+from .description import Robot
+from .safety import SafetyReport, check_motion, limit_motion
+
+Format = Literal["csv", "json", "naoqi"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+JSON_FORMAT = "rnnpb-motion"
+
+# Pepper's standing posture, radians; the hands are openings.
+PEPPER_STAND = {
+    "HeadYaw": 0.0,
+    "HeadPitch": -0.2,
+    "HipRoll": 0.0,
+    "HipPitch": -0.04,
+    "KneePitch": 0.0,
+    "LShoulderPitch": 1.56,
+    "LShoulderRoll": 0.14,
+    "LElbowYaw": -1.23,
+    "LElbowRoll": -0.52,
+    "LWristYaw": 0.0,
+    "LHand": 0.6,
+    "RShoulderPitch": 1.56,
+    "RShoulderRoll": -0.14,
+    "RElbowYaw": 1.23,
+    "RElbowRoll": 0.52,
+    "RWristYaw": 0.0,
+    "RHand": 0.6,
+}
+APPROACH_SPEED = 0.3  # of the velocity limits, on the way from and to the safe posture
+MIN_APPROACH = 1.0  # seconds
+UNKNOWN_SPEED = 0.5  # radians a second where a robot states no limit
+LEAD_IN = 3.0  # seconds that a NAOqi script takes to its first frame, from wherever the robot is
+NAOQI_DIGITS = 6
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was written, and what is to be known of it.
+
+    report: of the motion as it was given, before limits were enforced.
+    """
+
+    content: str
+    suffix: str
+    motion: Motion
+    report: SafetyReport
+
+
+def export_motion(
+    motion: Motion,
+    robot: Robot,
+    file_format: Format,
+    *,
+    safe_posture: bool = False,
+    enforce_limits: bool = True,
+) -> Export:
+    """The motion as the text of a file.
+
+    Args:
+        safe_posture: start from and return to `posture`, slowly.
+        enforce_limits: export the limited motion; without, the raw one, whatever it breaks.
+
+    Raises:
+        InputError: no such format, or joints that NAOqi does not know.
+    """
+    if file_format not in FORMATS:
+        raise InputError(f"no export format {file_format!r}; there are {', '.join(FORMATS)}")
+    report = check_motion(motion, robot)
+    if enforce_limits:
+        motion = limit_motion(motion, robot)
+    lead = (0, 0)
+    if safe_posture:
+        motion, lead = with_safe_posture(motion, robot)
+    if file_format == "csv":
+        return Export(format_motion(motion), ".csv", motion, report)
+    if file_format == "json":
+        return Export(_format_json(motion, lead), ".json", motion, report)
+    return Export(_format_naoqi(motion), ".py", motion, report)
+
+
+def posture(robot: Robot) -> dict[str, float]:
+    """Where the robot stands safely: Pepper's standing posture; else all joints in neutral."""
+    neutral = {joint: robot.neutral(joint) for joint in robot.joints}
+    return neutral | PEPPER_STAND if set(PEPPER_STAND) <= set(neutral) else neutral
+
+
+def with_safe_posture(motion: Motion, robot: Robot) -> tuple[Motion, tuple[int, int]]:
+    """The motion, led in from the safe posture and back to it, and the frames that this takes.
+
+    A lead is a smooth ramp from rest to rest, no joint above APPROACH_SPEED of its limit. Joints
+    that the robot lacks wait where they are.
+    """
+    safe = posture(robot)
+    positions = motion.positions.astype(np.float64)
+    start, end = positions[0], positions[-1]
+    rest = np.array([safe.get(joint, np.nan) for joint in motion.joints])
+    lead_in = _ramp(np.where(np.isnan(rest), start, rest), start, motion, robot)
+    lead_out = _ramp(np.where(np.isnan(rest), end, rest), end, motion, robot)[::-1]
+    whole = np.concatenate([lead_in, positions, lead_out]).astype(np.float32)
+    return Motion(motion.name, motion.joints, whole, motion.fps), (len(lead_in), len(lead_out))
+
+
+def _ramp(
+    rest: NDArray[np.float64], end: NDArray[np.float64], motion: Motion, robot: Robot
+) -> NDArray[np.float64]:
+    """(n, J) frames from the posture towards, not including, the motion's end."""
+    limits = np.array([robot.velocity_limits.get(joint, np.inf) for joint in motion.joints])
+    speeds = np.where(np.isfinite(limits), APPROACH_SPEED * limits, UNKNOWN_SPEED)
+    peak = math.pi / 2  # of a cosine ramp, times its mean speed
+    seconds = max(MIN_APPROACH, float((peak * np.abs(end - rest) / speeds).max()))
+    count = math.ceil(seconds * motion.fps)
+    share = (1 - np.cos(np.pi * np.arange(count) / count)) / 2
+    ramp: NDArray[np.float64] = rest + share[:, None] * (end - rest)
+    return ramp
+
+
+def _format_json(motion: Motion, lead: tuple[int, int]) -> str:
+    rows = ",\n    ".join(
+        json.dumps([float(f"{value:.9g}") for value in row]) for row in motion.positions.tolist()
+    )
+    head = json.dumps(
+        {
+            "format": JSON_FORMAT,
+            "version": 1,
+            "name": motion.name,
+            "fps": motion.fps,
+            "unit": "radians",
+            "lead_in_frames": lead[0],
+            "lead_out_frames": lead[1],
+            "joints": list(motion.joints),
+        },
+        indent=2,
+    )
+    return f'{head.removesuffix(chr(10) + "}")},\n  "positions": [\n    {rows}\n  ]\n}}\n'
+
+
+def parse_json(content: str, source: str) -> Motion:
+    """The motion in a JSON export, without the frames from and to the safe posture.
+
+    Raises:
+        InputError: not such a file.
+    """
+    try:
+        data: Any = json.loads(content)
+        if data["format"] != JSON_FORMAT:
+            raise InputError(f"{source} is not of the format {JSON_FORMAT}")
+        first, last = int(data["lead_in_frames"]), int(data["lead_out_frames"])
+        positions = np.array(data["positions"], dtype=np.float32)
+        positions = positions[first : len(positions) - last]
+        motion = Motion(str(data["name"]), tuple(data["joints"]), positions, float(data["fps"]))
+    except InputError:
+        raise
+    except (ValueError, KeyError, TypeError) as error:
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError(f"{source} is no motion exported as JSON ({reason})") from error
+    return _checked(motion, source)
+
+
+def _checked(motion: Motion, source: str) -> Motion:
+    """A file may have been changed by hand."""
+    check_length(len(motion), source)
+    if not np.all(np.abs(motion.positions) < MAX_ANGLE):  # false for NaN, too
+        raise InputError(f"{source} has values that are no plausible angles")
+    return motion
+
+
+_NAOQI = '''# -*- coding: utf-8 -*-
+"""{title}
+
+For Pepper or its simulator, with the Python that comes with NAOqi (2.7) or a later one:
+    python {file} [IP [PORT]]
+Joint angles in radians, LHand and RHand as openings from 0 to 1; times in seconds.
+{note}"""
+from __future__ import print_function
+
+import sys
+
+FPS = {fps!r}
+NAMES = {names}
+TIMES = [[{times}]] * len(NAMES)
+ANGLES = [
+{angles}
+]
+
+
+def motion_service(ip, port):
+    try:
+        import qi
+    except ImportError:
+        from naoqi import ALProxy
+        return ALProxy("ALMotion", ip, port)
+    session = qi.Session()
+    session.connect("tcp://%s:%d" % (ip, port))
+    return session.service("ALMotion")
+
+
+def main():
+    ip = sys.argv[1] if len(sys.argv) > 1 else "127.0.0.1"
+    port = int(sys.argv[2]) if len(sys.argv) > 2 else 9559
+    motion = motion_service(ip, port)
+    motion.wakeUp()
+    motion.angleInterpolation(NAMES, ANGLES, TIMES, True)
+    print("done: %d frames in %.1f s" % (len(ANGLES[0]), TIMES[0][-1]))
+
+
+if __name__ == "__main__":
+    main()
+'''
+
+
+def _format_naoqi(motion: Motion) -> str:
+    strange = [joint for joint in motion.joints if joint not in PEPPER_STAND]
+    if strange:
+        raise InputError(f"NAOqi on Pepper has no joint {', '.join(strange)}; export CSV or JSON")
+    times = LEAD_IN + np.arange(len(motion)) / motion.fps
+    name = re.sub(r"[^A-Za-z0-9_. +-]", "_", motion.name)  # it may come from anyone's file
+    columns = [
+        "    [" + ", ".join(f"{value:.{NAOQI_DIGITS}f}" for value in column) + "],"
+        for column in motion.positions.T
+    ]
+    return _NAOQI.format(
+        title=f"{name}: {len(motion)} frames at {motion.fps:g} Hz, made with rnnpb-explorer.",
+        file=f"{name.replace(' ', '_')}.py",
+        note=f"The robot first takes {LEAD_IN:g} s to the first frame. Keep clear of its arms.\n",
+        fps=motion.fps,
+        names=json.dumps(list(motion.joints)),
+        times=", ".join(f"{time:.3f}" for time in times),
+        angles="\n".join(columns),
+    )
+
+
+def parse_naoqi(content: str, source: str) -> Motion:
+    """The motion in a NAOqi export; the script is read, never run.
+
+    Raises:
+        InputError: not such a script.
+    """
+    try:
+        tree = ast.parse(content)
+        values: dict[str, ast.expr] = {
+            node.targets[0].id: node.value
+            for node in tree.body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+        }
+        names = ast.literal_eval(values["NAMES"])
+        angles = np.array(ast.literal_eval(values["ANGLES"]), dtype=np.float32)
+        fps = float(ast.literal_eval(values["FPS"]))
+        title = (ast.get_docstring(tree) or "").partition(":")[0]
+        motion = Motion(title, tuple(names), np.ascontiguousarray(angles.T), fps)
+    except InputError:
+        raise
+    except (SyntaxError, ValueError, KeyError, TypeError) as error:
+        reason = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError(f"{source} is no exported NAOqi script ({reason})") from error
+    return _checked(motion, source)

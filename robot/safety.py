@@ -1,0 +1,168 @@
+"""Is a motion safe for the robot? Position and velocity limits, and a limited version of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.motion import Motion
+from .description import Robot
+
+Kind = Literal["position", "velocity", "start"]
+Light = Literal["green", "amber", "red"]
+
+# Beyond a limit by less than this, the limited motion looks the same: amber. More is red.
+AMBER_POSITION = 0.1  # radians (metres for a prismatic joint)
+AMBER_VELOCITY = 1.5  # times the limit
+START_FRAMES = 3  # a network's first steps, out of nothing, are where it jumps
+SLACK = 1e-5  # rounding is no violation
+# The limited motion stays this far inside, so that rounding to a file's digits breaks no limit.
+INSIDE = 0.999
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A run of frames in which one joint breaks one limit.
+
+    kind: "start" is a velocity in the first frames, the jump that a motion may begin with.
+    first, last: frames, both included; a velocity belongs to the frame that it leads to.
+    worst: position (radians) or speed (radians a second) where it is farthest out. limit: the one
+    that is broken there. excess: radians beyond it, or times the speed limit.
+    """
+
+    kind: Kind
+    joint: str
+    first: int
+    last: int
+    worst: float
+    limit: float
+    excess: float
+
+    @property
+    def light(self) -> Light:
+        small = AMBER_POSITION if self.kind == "position" else AMBER_VELOCITY
+        return "amber" if self.excess <= small else "red"
+
+    def __str__(self) -> str:
+        frames = f"frame {self.first}" if self.first == self.last else (
+            f"frames {self.first} to {self.last}"
+        )  # fmt: skip
+        if self.kind == "position":
+            return f"{self.joint}, {frames}: {self.worst:.3f}, limit {self.limit:.3f}"
+        jump = " at the start" if self.kind == "start" else ""
+        return f"{self.joint}, {frames}: {self.worst:.1f} a second{jump}, limit {self.limit:.1f}"
+
+
+@dataclass(frozen=True)
+class SafetyReport:
+    """What a motion asks of a robot that the robot should not do.
+
+    violations: the worst first. unchecked: joints of the motion that the robot lacks.
+    """
+
+    violations: tuple[Violation, ...]
+    unchecked: tuple[str, ...]
+
+    @property
+    def light(self) -> Light:
+        """green: within all limits. amber: a little beyond. red: do not run this as it is."""
+        lights = {violation.light for violation in self.violations}
+        return "red" if "red" in lights else "amber" if lights else "green"
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints concerned, the worst first."""
+        return tuple(dict.fromkeys(violation.joint for violation in self.violations))
+
+    def frames(self, joint: str) -> tuple[tuple[int, int], ...]:
+        """The frames concerned of a joint, as first and last."""
+        return tuple(sorted((v.first, v.last) for v in self.violations if v.joint == joint))
+
+
+def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
+    """Check every frame against the limits in the robot's description."""
+    violations: list[Violation] = []
+    positions = motion.positions.astype(np.float64)
+    for column, joint in enumerate(motion.joints):
+        if joint in robot.limits:
+            values = positions[:, column]
+            violations += _position_violations(joint, values, robot.limits[joint])
+            violations += _velocity_violations(
+                joint, values, robot.velocity_limits[joint], motion.fps
+            )
+    violations.sort(key=_severity, reverse=True)
+    unchecked = tuple(joint for joint in motion.joints if joint not in robot.limits)
+    return SafetyReport(tuple(violations), unchecked)
+
+
+def _severity(violation: Violation) -> float:
+    """On one scale for both kinds: 1 is where amber turns red."""
+    if violation.kind == "position":
+        return violation.excess / AMBER_POSITION
+    return (violation.excess - 1) / (AMBER_VELOCITY - 1)
+
+
+def _position_violations(
+    joint: str, values: NDArray[np.float64], limits: tuple[float, float]
+) -> list[Violation]:
+    lower, upper = limits
+    beyond = np.maximum(lower - values, values - upper)  # (T,)
+    found = []
+    for first, last in _runs(beyond > SLACK):
+        at = first + int(beyond[first : last + 1].argmax())
+        limit = lower if values[at] < lower else upper
+        worst = float(values[at])
+        found.append(Violation("position", joint, first, last, worst, limit, float(beyond[at])))
+    return found
+
+
+def _velocity_violations(
+    joint: str, values: NDArray[np.float64], limit: float, fps: float
+) -> list[Violation]:
+    speed = np.abs(np.diff(values, prepend=values[:1])) * fps  # (T,), 0 in the first frame
+    found = []
+    for first, last in _runs(speed > limit * (1 + SLACK)):
+        worst = float(speed[first : last + 1].max())
+        kind: Kind = "start" if first <= START_FRAMES else "velocity"
+        found.append(Violation(kind, joint, first, last, worst, limit, worst / limit))
+    return found
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of every run of True."""
+    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def limit_motion(motion: Motion, robot: Robot) -> Motion:
+    """The nearest motion within the robot's position and velocity limits.
+
+    Positions are clipped; then each joint gets the curve that keeps the speed limit with the least
+    largest deviation (the mean of the tightest curves above and below that do). It neither lags nor
+    changes where nothing was too fast. Joints that the robot lacks stay as they are.
+    """
+    positions = motion.positions.astype(np.float64)
+    for column, joint in enumerate(motion.joints):
+        if joint in robot.limits:
+            values = np.clip(positions[:, column], *robot.limits[joint])
+            step = robot.velocity_limits[joint] / motion.fps
+            if np.abs(np.diff(values)).max(initial=0.0) > step:
+                values = _slowed(values, INSIDE * step)
+            positions[:, column] = values
+    return Motion(motion.name, motion.joints, positions.astype(np.float32), motion.fps)
+
+
+def _slowed(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    above, below = values.copy(), values.copy()
+    ahead = range(1, len(values))
+    for t in ahead:
+        above[t] = min(above[t], above[t - 1] + step)
+        below[t] = max(below[t], below[t - 1] - step)
+    for t in reversed(ahead):
+        above[t - 1] = min(above[t - 1], above[t] + step)
+        below[t - 1] = max(below[t - 1], below[t] - step)
+    return (above + below) / 2
