@@ -175,7 +175,7 @@ class ExplorerPage:
     def screenshot(self, name: str) -> Path:
         """Keep a picture of the page among the artefacts of the run."""
         ARTIFACTS.mkdir(exist_ok=True)
-        path = ARTIFACTS / f"{name}.png"
+        path = ARTIFACTS / (re.sub(r"[^\w-]+", "-", name).strip("-") + ".png")
         self.page.screenshot(path=path)
         return path
 
