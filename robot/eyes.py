@@ -7,21 +7,22 @@ towards the nose, and they go on round that way on both sides, so that equal col
 
 from __future__ import annotations
 
-import csv
-import io
-import os
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.csv_table import CsvTable, Row, read_csv_bytes
+from ..core.data import MAX_DATA_BYTES, MIRROR_SUFFIX
 from ..core.errors import InputError
 
 LEDS = 8  # an eye
 EYE_COLUMNS = tuple(f"{side}{led}{c}" for side in "RL" for led in range(LEDS) for c in "RGB")
 
 
-def parse_eye_colors(content: bytes, source: str) -> NDArray[np.float32] | None:
-    """The eye colours in the bytes of a motion CSV file, next to the joints.
+def parse_eye_colors(content: bytes, source: str = "the file") -> NDArray[np.float32] | None:
+    """The eye colours in the bytes of a motion's CSV file, where it has them next to the joints.
 
     Returns:
         (T, 2, 8, 3): frame, right eye and left eye, LED, RGB from 0 to 1; None without LED columns.
@@ -29,58 +30,46 @@ def parse_eye_colors(content: bytes, source: str) -> NDArray[np.float32] | None:
     Raises:
         InputError: some LED columns are there and others are not, or a cell is no intensity.
     """
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{source} is not UTF-8 text (byte {error.start})") from error
-    first = text.partition("\n")[0]
-    rows = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=first.count))
-    header = [cell.strip() for cell in next(rows, [])]
-    missing = [column for column in EYE_COLUMNS if column not in header]
-    if len(missing) == len(EYE_COLUMNS):
+    table = CsvTable(content, source)
+    if not set(EYE_COLUMNS) & set(table.first.cells):
         return None
-    if missing:
-        raise InputError(f"{source} has some eye-LED columns, but not {', '.join(missing[:6])}")
-    columns = [header.index(column) for column in EYE_COLUMNS]
-    frames: list[list[float]] = []
-    for row in rows:
-        if any(cell.strip() for cell in row):
-            frames.append(_intensities(row, columns, f"{source}, row {rows.line_num}"))
-    return np.array(frames, dtype=np.float32).reshape(-1, 2, LEDS, 3)
+    columns = table.columns(EYE_COLUMNS)
+    return _track([_intensities(table, row, columns) for row in table])
 
 
-def _intensities(row: list[str], columns: list[int], where: str) -> list[float]:
-    values = []
-    for name, column in zip(EYE_COLUMNS, columns, strict=True):
-        cell = row[column].strip() if column < len(row) else ""
-        try:
-            value = float(cell)
-        except ValueError:
-            raise InputError(f"{where}, column {name}: {cell[:20]!r} is no number") from None
-        if not 0 <= value <= 1:  # false for NaN, too
-            raise InputError(f"{where}, column {name}: {cell} is no intensity from 0 to 1")
-        values.append(value)
+def load_rebl_pepper_eyes(path: str | Path) -> dict[str, NDArray[np.float32]]:
+    """The eye colours of every motion in REBL-Pepper's `data_raw.csv`, mirrored ones included.
+
+    Args:
+        path: the file, or the folder that holds it.
+
+    Returns:
+        motion name -> (T, 2, 8, 3), as `parse_eye_colors`; empty when there are no LED columns.
+
+    Raises:
+        InputError: no such file, or not what it should be.
+    """
+    path = Path(path)
+    path = path / "data_raw.csv" if path.is_dir() else path
+    table = CsvTable(read_csv_bytes(path, MAX_DATA_BYTES), path.name, ("id", *EYE_COLUMNS))
+    if not {"id", *EYE_COLUMNS} <= set(table.first.cells):
+        return {}
+    [name, *columns] = table.columns(("id", *EYE_COLUMNS))
+    frames: dict[str, list[list[float]]] = {}
+    for row in table:
+        frames.setdefault(row.cells[name], []).append(_intensities(table, row, columns))
+    tracks = {motion: _track(rows) for motion, rows in frames.items()}
+    mirrored = {motion + MIRROR_SUFFIX: track[:, ::-1] for motion, track in tracks.items()}
+    return mirrored | tracks
+
+
+def _intensities(table: CsvTable, row: Row, columns: Sequence[int]) -> list[float]:
+    values = table.values(row, columns, EYE_COLUMNS)
+    for column, value in zip(EYE_COLUMNS, values, strict=True):
+        if not 0 <= value <= 1:
+            raise InputError(f"{row.where}, column {column}: {value:g} is no intensity (0 to 1)")
     return values
 
 
-def load_rebl_pepper_eyes(path: str | os.PathLike[str]) -> dict[str, NDArray[np.float32]]:
-    """The eye colours of every motion in REBL-Pepper's `data_raw.csv`, mirrored ones included.
-
-    Returns:
-        motion name -> (T, 2, 8, 3), as `parse_eye_colors`; empty when the file has no LED columns.
-    """
-    names: list[str] = []
-    frames: list[list[float]] = []
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        rows = csv.reader(file)
-        header = [cell.strip() for cell in next(rows, [])]
-        if not {"id", *EYE_COLUMNS} <= set(header):
-            return {}
-        name, columns = header.index("id"), [header.index(column) for column in EYE_COLUMNS]
-        for row in rows:
-            names.append(row[name])
-            frames.append(_intensities(row, columns, f"row {rows.line_num}"))
-    colors = np.array(frames, dtype=np.float32).reshape(-1, 2, LEDS, 3)
-    labels = np.array(names)
-    tracks = {label: colors[labels == label] for label in dict.fromkeys(names)}
-    return tracks | {f"{label}_tr": track[:, ::-1] for label, track in tracks.items()}
+def _track(frames: list[list[float]]) -> NDArray[np.float32]:
+    return np.array(frames, dtype=np.float32).reshape(-1, 2, LEDS, 3)

@@ -1,0 +1,240 @@
+"""What is exported is within limits, and comes back the same."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import subprocess
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rnnpb_explorer.core.data import PEPPER_JOINTS
+from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.motion import Motion, parse_motion
+from rnnpb_explorer.core.recognition import RecognitionConfig, recognize
+from rnnpb_explorer.robot.description import Robot, load_robot
+from rnnpb_explorer.robot.export import (
+    APPROACH_SPEED,
+    FORMATS,
+    LEAD_IN,
+    PEPPER_STAND,
+    Format,
+    export_motion,
+    parse_json,
+    parse_naoqi,
+    posture,
+    with_safe_posture,
+)
+from rnnpb_explorer.robot.safety import check_motion
+
+
+@pytest.fixture(scope="module")
+def pepper() -> Robot:
+    return load_robot("pepper")
+
+
+@pytest.fixture
+def wild() -> Motion:
+    """60 frames that break limits of position and velocity."""
+    t = np.linspace(0, 4 * np.pi, 60)[:, None]
+    phase = np.arange(len(PEPPER_JOINTS))
+    positions = (1.5 * np.sin(t + phase)).astype(np.float32)
+    return Motion("Wild_1", PEPPER_JOINTS, positions, 25.0)
+
+
+def _back(content: str, file_format: Format) -> Motion:
+    if file_format == "json":
+        return parse_json(content, "x.json")
+    if file_format == "naoqi":
+        return parse_naoqi(content, "x.py")
+    return parse_motion(content.encode(), PEPPER_JOINTS, name="x")
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("safe", [False, True])
+def test_exports_are_within_limits_unless_one_insists(
+    wild: Motion, pepper: Robot, file_format: Format, safe: bool
+) -> None:
+    assert check_motion(wild, pepper).light == "red"
+    exported = export_motion(wild, pepper, file_format, safe_posture=safe)
+    assert exported.report.light == "red"  # of what was asked for
+    assert check_motion(_back(exported.content, file_format), pepper).light == "green"
+    insisted = export_motion(wild, pepper, file_format, safe_posture=safe, enforce_limits=False)
+    assert check_motion(_back(insisted.content, file_format), pepper).light == "red"
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_what_was_exported_comes_back(wild: Motion, pepper: Robot, file_format: Format) -> None:
+    exported = export_motion(wild, pepper, file_format)
+    back = _back(exported.content, file_format)
+    assert back.joints == wild.joints
+    assert back.fps == wild.fps
+    assert exported.suffix == {"csv": ".csv", "json": ".json", "naoqi": ".py"}[file_format]
+    np.testing.assert_allclose(back.positions, exported.motion.positions, atol=1e-6)
+    if file_format != "csv":
+        assert back.name == "Wild_1"
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_what_was_exported_is_recognised_as_before(
+    strong: RNNPB, pepper: Robot, file_format: Format
+) -> None:
+    positions = strong.generate(strong.mu[4:5], 80)[0].numpy()
+    motion = Motion("M", strong.info.joints, positions, strong.info.fps)
+    exported = export_motion(motion, pepper, file_format)
+    back = _back(exported.content, file_format)
+    config = RecognitionConfig(iterations=5)
+    before, after = (
+        [step.loss for step in recognize(strong, m.positions, config)]
+        for m in (exported.motion, back)
+    )
+    np.testing.assert_allclose(before, after, atol=1e-4)
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_from_the_safe_posture_and_back(wild: Motion, pepper: Robot, file_format: Format) -> None:
+    whole = export_motion(wild, pepper, file_format, safe_posture=True).motion
+    stand = [PEPPER_STAND[joint] for joint in PEPPER_JOINTS]
+    np.testing.assert_allclose(whole.positions[[0, -1]], [stand, stand], atol=1e-6)
+    motion, (lead_in, lead_out) = with_safe_posture(
+        export_motion(wild, pepper, "csv").motion, pepper
+    )
+    np.testing.assert_array_equal(motion.positions, whole.positions)
+    assert len(whole) == lead_in + len(wild) + lead_out
+    limits = np.array([pepper.velocity_limits[joint] for joint in PEPPER_JOINTS])
+    for part in (whole.positions[: lead_in + 1], whole.positions[-lead_out - 1 :]):
+        speed = np.abs(np.diff(part, axis=0)) * whole.fps
+        assert (speed <= 1.01 * APPROACH_SPEED * limits).all()
+
+
+def test_a_json_import_leaves_out_the_leads(wild: Motion, pepper: Robot) -> None:
+    plain = export_motion(wild, pepper, "json")
+    led = export_motion(wild, pepper, "json", safe_posture=True)
+    back = parse_json(led.content, "x.json")
+    np.testing.assert_array_equal(back.positions, plain.motion.positions)
+
+
+def test_other_robots_rest_in_neutral(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="arm"><link name="a"/><link name="b"/><joint name="turn" type="revolute">'
+        '<parent link="a"/><child link="b"/><limit lower="0.5" upper="2" velocity="0" effort="1"/>'
+        "</joint></robot>"
+    )
+    arm = load_robot(str(path))
+    assert posture(arm) == {"turn": 0.5}
+    motion = Motion("m", ("turn", "tail"), np.full((5, 2), 1.5, dtype=np.float32), 20.0)
+    whole = export_motion(motion, arm, "csv", safe_posture=True).motion
+    np.testing.assert_allclose(whole.positions[[0, -1]], [[0.5, 1.5], [0.5, 1.5]])
+    with pytest.raises(InputError, match="tail"):
+        export_motion(motion, arm, "naoqi")
+
+
+class FakeMotion:
+    """Takes what a script sends to ALMotion."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+
+    def wakeUp(self) -> None:  # NAOqi's name
+        self.calls.append(("wakeUp",))
+
+    def angleInterpolation(self, *arguments: Any) -> None:
+        self.calls.append(("angleInterpolation", *arguments))
+
+
+def test_the_naoqi_script_sends_the_motion(
+    wild: Motion, pepper: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Run with stand-ins for the robot's own modules: the arguments are what ALMotion wants."""
+    exported = export_motion(wild, pepper, "naoqi")
+    path = tmp_path / "wild.py"
+    path.write_text(exported.content)
+    motion = FakeMotion()
+    session = types.SimpleNamespace(
+        connect=lambda url: motion.calls.append(("connect", url)), service=lambda name: motion
+    )
+    monkeypatch.setitem(sys.modules, "qi", types.SimpleNamespace(Session=lambda: session))
+    monkeypatch.setattr(sys, "argv", [str(path), "10.0.0.5"])
+    runpy.run_path(str(path), run_name="__main__")
+    connect, wake, (call, names, angles, times, absolute) = motion.calls
+    assert (connect, wake) == (("connect", "tcp://10.0.0.5:9559"), ("wakeUp",))
+    assert (call, absolute) == ("angleInterpolation", True)
+    assert names == list(PEPPER_JOINTS)
+    assert [len(row) for row in angles] == [len(row) for row in times] == [60] * 17
+    np.testing.assert_allclose(np.transpose(angles), exported.motion.positions, atol=1e-6)
+    np.testing.assert_allclose(times[3], LEAD_IN + np.arange(60) / 25, atol=1e-3)
+
+
+def test_the_naoqi_script_falls_back_on_naoqi(
+    wild: Motion, pepper: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "wild.py"
+    path.write_text(export_motion(wild, pepper, "naoqi").content)
+    motion = FakeMotion()
+    proxies: list[tuple[Any, ...]] = []
+
+    def proxy(*arguments: Any) -> FakeMotion:
+        proxies.append(arguments)
+        return motion
+
+    monkeypatch.setitem(sys.modules, "qi", None)
+    monkeypatch.setitem(sys.modules, "naoqi", types.SimpleNamespace(ALProxy=proxy))
+    monkeypatch.setattr(sys, "argv", [str(path)])
+    runpy.run_path(str(path), run_name="__main__")
+    assert proxies == [("ALMotion", "127.0.0.1", 9559)]
+    assert len(motion.calls) == 2
+
+
+def test_a_motions_name_cannot_write_code(pepper: Robot, tmp_path: Path) -> None:
+    name = '"""\nimport os\nos.abort()\n"""\\'
+    motion = Motion(name, ("HeadYaw",), np.zeros((3, 1), dtype=np.float32), 25.0)
+    path = tmp_path / "x.py"
+    path.write_text(export_motion(motion, pepper, "naoqi").content)
+    ran = subprocess.run(
+        [sys.executable, "-c", f"import runpy; runpy.run_path({str(path)!r})"], check=False
+    )
+    assert ran.returncode == 0
+    assert path.read_text().isascii()
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("{", "no motion exported as JSON"),
+        ("[]", "no motion exported as JSON"),
+        (json.dumps({"format": "other"}), "rnnpb-motion"),
+        (json.dumps({"format": "rnnpb-motion"}), "KeyError"),
+    ],
+)
+def test_no_json_export_is_one_plain_line(content: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        parse_json(content, "x.json")
+
+
+def test_a_json_export_with_rubbish_in_it(wild: Motion, pepper: Robot) -> None:
+    data = json.loads(export_motion(wild, pepper, "json").content)
+    data["positions"][3][2] = float("nan")
+    with pytest.raises(InputError, match="no plausible angles"):
+        parse_json(json.dumps(data), "x.json")
+    data["positions"] = data["positions"][:1]
+    with pytest.raises(InputError, match="1 frame"):
+        parse_json(json.dumps(data), "x.json")
+
+
+def test_a_naoqi_script_is_read_not_run(tmp_path: Path) -> None:
+    mark = tmp_path / "ran"
+    with pytest.raises(InputError, match=r"x\.py is no exported NAOqi script"):
+        parse_naoqi(f"open({str(mark)!r}, 'w')\nNAMES = open('y')", "x.py")
+    assert not mark.exists()
+
+
+def test_an_unknown_format_lists_what_there_is(wild: Motion, pepper: Robot) -> None:
+    with pytest.raises(InputError, match="csv, json, naoqi"):
+        export_motion(wild, pepper, "bvh")  # type: ignore[arg-type]
