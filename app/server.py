@@ -79,7 +79,8 @@ class App:
             self.sessions.clear()
         for session in sessions:
             session.close()
-        self._server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):  # viser says so in a line of its own
+            self._server.stop()
 
     # viser runs these two on threads of its own.
     def _connected(self, client: viser.ClientHandle) -> None:
