@@ -1,4 +1,4 @@
-"""The left arm and hand: sleeves that cup the balls of the joints; the right arm is its mirror image."""
+"""The left arm and hand: sleeves that cup the balls of the joints; the right mirrors it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def shoulder() -> list[Surface]:
 
 
 def upper_arm() -> list[Surface]:
-    """Sleeve with a round cap over the shoulder; x runs to the elbow, turned up by 9 degrees there."""
+    """Sleeve with a round cap over the shoulder; x runs to the elbow, turned up by 9 degrees."""
     stations = [
         # x, then ahead/behind = +y/-y, side = z, center = y
         (-0.0435, 0.002, 0.002, 0.002, 0.002),

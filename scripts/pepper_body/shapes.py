@@ -110,7 +110,7 @@ def superellipse(
 
 
 def rounded_hull(circles: Sequence[tuple[float, float, float]], sides: int = 72) -> Array:
-    """The smooth closed curve (sides, 2) around circles (x, y, radius), evenly spaced from y = 0."""
+    """The smooth closed curve (sides, 2) around circles (x, y, radius), even from y = 0."""
     normal = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     directions = np.column_stack([np.cos(normal), np.sin(normal)])
     support = np.stack([directions @ np.array(c[:2]) + c[2] for c in circles])
@@ -172,7 +172,7 @@ def body(
 
 
 def lathe(profile: ArrayLike, rings: int | None = None, sides: int = 40) -> trimesh.Trimesh:
-    """A solid of revolution about z through (radius, z), upwards; smoothed when `rings` is given."""
+    """A solid of revolution about z through (radius, z), upwards; smoothed with `rings`."""
     line = np.asarray(profile, dtype=np.float64)
     if rings is not None:
         line = through(np.column_stack([line, np.zeros(len(line))]), rings)[:, :2]

@@ -1,13 +1,12 @@
 """Skirt, thigh, waist and torso: lofts that meet on cylinders about their joints.
 
-Where two shells meet at a joint, both follow a cylinder (or sphere) about the joint's axis, one just
-inside the other, so that they slide past each other at every angle.
+Where two shells meet at a joint, both follow a cylinder (or sphere) about the joint's axis, one
+just inside the other, so that they slide past each other at every angle.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
 from .shapes import (
     Array,
