@@ -12,21 +12,22 @@ from rnnpb_explorer.core.model import RNNPB
 
 
 def frame_by_frame(model: RNNPB, pb: Tensor, steps: int) -> Tensor:
-    """As the published code does it: nn.LSTM called once a frame on [previous frame, PB]."""
-    config = model.config
-    lstm = torch.nn.LSTM(config.num_joints + config.pb_dim, config.hidden_size)
-    lstm.weight_ih_l0 = torch.nn.Parameter(torch.cat([model.weight_frame, model.weight_pb], dim=1))
-    lstm.weight_hh_l0, lstm.bias_ih_l0 = model.weight_hidden, model.bias
-    lstm.bias_hh_l0 = torch.nn.Parameter(torch.zeros_like(model.bias))
-    lstm.requires_grad_(False)
-    state = (torch.zeros(1, len(pb), config.hidden_size),) * 2
-    frame = torch.zeros(1, len(pb), config.num_joints)
+    """A cell called once a frame on [previous frame, PB].
+
+    The published code calls nn.LSTM there, which oneDNN makes several times slower still on one
+    frame: its weights are packed anew in every call. That would flatter the ratio.
+    """
+    weight = torch.cat([model.weight_frame, model.weight_pb], dim=1)
+    zeros = torch.zeros_like(model.bias)
+    h = c = pb.new_zeros(len(pb), model.config.hidden_size)
+    frame = pb.new_zeros(len(pb), model.config.num_joints)
     frames = []
     for _ in range(steps):
-        h, state = lstm(torch.cat([frame, pb[None]], dim=2), state)
+        inputs = torch.cat([frame, pb], dim=1)
+        h, c = torch.lstm_cell(inputs, (h, c), weight, model.weight_hidden, model.bias, zeros)
         frame = h @ model.weight_out.T + model.bias_out
         frames.append(frame)
-    return torch.cat(frames).transpose(0, 1)
+    return torch.stack(frames, dim=1)
 
 
 def gradient(
