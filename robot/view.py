@@ -16,7 +16,7 @@ from .meshes import Rgb, Shape, to_glb
 # Below what a screen shows (0.1 mm at 1 m); a joint of a motion often rests like that.
 TOLERANCE = 1e-4
 EYE_LINKS = tuple(f"{side}_eye_led_{led}" for side in "rl" for led in range(LEDS))
-EYE_GLOW = (0.42, 0.78, 1.0)  # of eyes that nothing colours
+EYE_GLOW = (0.28, 0.68, 1.0)  # of eyes that nothing colours
 EYE_DARK = 0.17  # an LED that is off is a grey cap, not a hole
 
 
@@ -157,9 +157,9 @@ def setup_stage(scene: viser.SceneApi) -> None:
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
     scene.set_background_image(np.full((2, 2, 3), BACKDROP, dtype=np.uint8), format="png")
-    scene.configure_fog(near=5.0, far=13.0, color=(172, 179, 190))
+    scene.configure_fog(near=5.0, far=10.5, color=(172, 179, 190))
     scene.add_light_hemisphere(
-        "/stage/sky", sky_color=(255, 255, 255), ground_color=(176, 180, 190), intensity=1.45
+        "/stage/sky", sky_color=(255, 255, 255), ground_color=(176, 180, 190), intensity=1.6
     )
     scene.add_light_spot(
         "/stage/key",

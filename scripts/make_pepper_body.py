@@ -1,6 +1,7 @@
 """Make static/pepper: the URDF and its meshes, all from parameters of our own.
 
 Run from anywhere: python scripts/make_pepper_body.py
+It needs scipy and manifold3d besides the package itself.
 """
 
 from __future__ import annotations

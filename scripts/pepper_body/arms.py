@@ -14,7 +14,7 @@ GAP = 0.0015
 
 
 def shoulder() -> list[Surface]:
-    """The ball that the torso's socket holds; turns about y."""
+    """What the torso's socket holds; turns about y."""
     profile = [
         (0.001, -0.042),
         (0.026, -0.042),
@@ -46,15 +46,13 @@ def upper_arm() -> list[Surface]:
     ]
     solid = body(stations, rings=26, sides=36).apply_transform(ALONG["x"])
     ball = sphere(BALL + GAP, (ELBOW, ELBOW_SIDE, 0), 3)
-    inner = sphere(0.0425, (0, 0, 0), 3)
-    # the cap is open towards the torso, where the shoulder's ball comes in
+    # the cap is open towards the torso, where the shoulder comes in
     mouth = cylinder("y", 0.041, 0.03, (0, -0.052, 0))
-    _ = inner
-    shell = surface(cut(solid, ball, mouth), "white", crease=32)
-    return [shell]
+    return [surface(cut(solid, ball, mouth), "white", crease=32)]
 
 
 def elbow() -> list[Surface]:
+    """The ball between the sleeves, and the ring that turns it."""
     ring = lathe(
         [(0.001, -0.034), (0.026, -0.034), (0.0285, -0.028), (0.0285, -0.02), (0.001, -0.018)],
         sides=40,
@@ -79,8 +77,7 @@ def forearm() -> list[Surface]:
     solid = body(stations, rings=18, sides=36).apply_transform(ALONG["x"])
     ball = sphere(BALL + GAP, detail=3)
     # cut slantwise: the elbow bends towards -y
-    slant = cylinder("x", 0.08, 0.05).apply_transform(turned("z", 38, (0.018, 0, 0)))
-    slant.apply_translation(-0.05 * np.array([np.cos(np.radians(38)), np.sin(np.radians(38)), 0]))
+    slant = cylinder("x", 0.08, 0.05, (-0.05, 0, 0)).apply_transform(turned("z", 38, (0.018, 0, 0)))
     return [surface(cut(solid, ball, slant), "white", crease=32)]
 
 
@@ -105,7 +102,6 @@ def hand() -> list[Surface]:
     ]
     palm = body(stations, rings=26, sides=32, power=2.2).apply_transform(ALONG["x"])
     thumb = sphere(0.0165, (0.042, -0.027, -0.012), 2)
-    thumb.apply_scale((1, 1, 1))
     shell = surface(palm, "white", crease=40)
     return [surface(cuff, "grey"), *shell.painted(_palm, "light"), surface(thumb, "white")]
 
@@ -121,20 +117,12 @@ def phalanx(thumb: bool, last: bool) -> list[Surface]:
     length = THUMB_PHALANX if thumb else PHALANX
     r = 0.0078 if thumb else 0.0074
     end = length * (0.62 if last else 1.0) + (r if last else 0.0)
-    tip = 0.001 if last else 0.0045
-    stations = [
-        (0.0, 0.0052, 0.0052, 0.0056, 0.0),
-        (0.0022, r * 0.93, r * 0.93, r, 0.0),
-        (end * 0.45, r, r, r * 1.04, 0.0),
-        (end - (0.0058 if last else 0.0035), r * 0.86, r * 0.86, r * 0.9, 0.0),
-        (
-            end - 0.0016,
-            r * 0.5 if last else r * 0.8,
-            r * 0.5 if last else r * 0.8,
-            r * 0.52 if last else r * 0.84,
-            0.0,
-        ),
-        (end, tip, tip, tip, 0.0),
-    ]
+    # x, radius: from the joint to a round tip, or to the next joint
+    profile = [(0.0, 0.0052), (0.0022, r * 0.95), (end * 0.45, r)]
+    if last:
+        profile += [(end - 0.0058, r * 0.87), (end - 0.0016, r * 0.5), (end, 0.001)]
+    else:
+        profile += [(end - 0.0035, r * 0.87), (end - 0.0016, r * 0.81), (end, 0.0045)]
+    stations = [(x, radius, radius, 1.04 * radius, 0.0) for x, radius in profile]
     piece = body(stations, rings=8, sides=10).apply_transform(ALONG["x"])
     return [surface(piece, "light"), surface(sphere(0.0066, detail=1), "grey")]

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 
-from .shapes import ALONG, MIRROR_Y, Array, Surface, body, cut, lathe, loft, sphere, surface
+from .shapes import (
+    ALONG,
+    MIRROR_Y,
+    Array,
+    Surface,
+    body,
+    cut,
+    lathe,
+    loft,
+    sphere,
+    surface,
+    turned,
+)
 
 EYE = np.array([0.0915, 0.0415, 0.114])  # on the face, left
 EYE_TURN = 24.0  # degrees that an eye looks outwards
 EYE_TILT = 3.0  # degrees that it looks up
 LEDS = 8
-EYE_SIZE = 1.12
+EYE_SIZE = 1.12  # of all its parts
+BOWL = 0.030  # radius of what is cut out of the head for an eye
 
 
 def neck() -> list[Surface]:
+    """A column; the axis of the head's pitch is the origin."""
     profile = [
         (0.001, -0.036),
         (0.030, -0.034),
@@ -28,6 +41,7 @@ def neck() -> list[Surface]:
 
 
 def head() -> list[Surface]:
+    """Skull with eyes and ears; the axis of the head's pitch is the origin."""
     stations = [
         # z, ahead, behind, side, center
         (0.0080, 0.006, 0.006, 0.006, 0.030),
@@ -45,14 +59,9 @@ def head() -> list[Surface]:
         (0.2190, 0.004, 0.004, 0.004, 0.001),
     ]
     solid = body(stations, rings=32, sides=56, power=2.15)
-    holes = [
-        sphere(0.0300, _eye_place(side)[:3, 3] + 0.013 * _eye_place(side)[:3, 0], 3)
-        for side in (1, -1)
-    ]
+    holes = [sphere(BOWL, _bowl_center(side)) for side in (1, -1)]
     shell = surface(cut(solid, *holes), "white", crease=30)
-    parts: list[Surface] = []
-    for part in shell.painted(_cap, "light"):
-        parts += part.painted(_eye_hole, "dark") if part.color == "white" else [part]
+    parts = shell.with_panels((_cap, "light"), (_eye_hole, "dark"))
     for side in (1, -1):
         parts += eye(side)
         parts += [s if side == 1 else s.moved(MIRROR_Y) for s in ear()]
@@ -70,68 +79,57 @@ def _cap(p: Array) -> Array:
 
 def _eye_place(side: int) -> Array:
     """(4, 4): x out of the eye, z up."""
-    turn = trimesh.transformations.rotation_matrix(np.radians(side * EYE_TURN), (0, 0, 1))
-    tilt = trimesh.transformations.rotation_matrix(np.radians(-EYE_TILT), (0, 1, 0))
-    matrix = np.asarray(turn @ tilt)
-    matrix[:3, 3] = EYE * (1, side, 1)
-    return matrix
+    return turned("z", side * EYE_TURN, EYE * (1, side, 1)) @ turned("y", -EYE_TILT)
+
+
+def _bowl_center(side: int) -> Array:
+    place = _eye_place(side)
+    center: Array = place[:3, 3] + 0.013 * place[:3, 0]
+    return center
 
 
 def _eye_hole(p: Array) -> Array:
     """Negative on the bowls that the eyes lie in."""
-    distances = []
-    for side in (1, -1):
-        place = _eye_place(side)
-        center = place[:3, 3] + 0.013 * place[:3, 0]
-        distances.append(np.linalg.norm(p - center, axis=1) - 0.0302)
-    return np.minimum(*distances)
+    left, right = (np.linalg.norm(p - _bowl_center(side), axis=1) for side in (1, -1))
+    return np.minimum(left, right) - BOWL - 2e-4
 
 
 def eye(side: int) -> list[Surface]:
     """A glossy black eyeball with a small light in it; the LED ring is a link of its own."""
+    ball = [
+        (0.0001, -0.012),
+        (0.0165, -0.012),
+        (0.0165, 0.0005),
+        (0.0135, 0.0045),
+        (0.008, 0.0068),
+        (0.0001, 0.0075),
+    ]
+    bed = [(0.015, -0.008), (0.0236, -0.008), (0.0236, 0.0008), (0.0165, 0.0018), (0.015, 0.0)]
+    rim = [
+        (0.0235, -0.012),
+        (0.0255, -0.012),
+        (0.0262, 0.0005),
+        (0.0250, 0.0016),
+        (0.0236, 0.0008),
+        (0.0225, -0.004),
+    ]
+    parts = [
+        (lathe(ball, rings=10, sides=28), "eye"),
+        (lathe(bed), "dark"),
+        (lathe(rim), "white"),
+    ]
     place = _eye_place(side)
-    ball = lathe(
-        [
-            (0.0001, 0.0075),
-            (0.008, 0.0068),
-            (0.0135, 0.0045),
-            (0.0165, 0.0005),
-            (0.0165, -0.012),
-            (0.0001, -0.012),
-        ][::-1],
-        rings=10,
-        sides=28,
-    ).apply_scale(EYE_SIZE)
-    rim = lathe(
-        [
-            (0.0235, -0.012),
-            (0.0255, -0.012),
-            (0.0262, 0.0005),
-            (0.0250, 0.0016),
-            (0.0236, 0.0008),
-            (0.0225, -0.004),
-        ],
-        sides=40,
-    ).apply_scale(EYE_SIZE)
-    glint = sphere(0.0034, (0.0075, 0.0055, 0.0070), 1)
-    out = []
-    bed = lathe(
-        [(0.015, -0.008), (0.0236, -0.008), (0.0236, 0.0008), (0.0165, 0.0018), (0.015, 0.0)],
-        sides=40,
-    )
-    bed.apply_scale(EYE_SIZE)
-    for mesh, color in ((ball, "eye"), (rim, "white"), (bed, "dark")):
-        out.append(surface(mesh.apply_transform(ALONG["x"]), color).moved(place))
-    glint.apply_translation((-0.0022, 0, 0))
-    out.append(surface(glint, "glint").moved(place))
-    return out
+    glint = sphere(0.0034, (0.0053, 0.0055, 0.0070), detail=1)
+    surfaces = [surface(glint, "glint").moved(place)]
+    for mesh, color in parts:
+        mesh.apply_scale(EYE_SIZE).apply_transform(ALONG["x"])
+        surfaces.append(surface(mesh, color).moved(place))
+    return surfaces
 
 
 def eye_led_place(side: int, index: int) -> Array:
-    """(4, 3) of a segment of the ring: LED 0 is the first from the top towards the nose."""
-    angle = np.radians(360 / LEDS * (index + 0.5))
-    roll = trimesh.transformations.rotation_matrix(side * angle, (1, 0, 0))
-    return np.asarray(_eye_place(side) @ roll)
+    """(4, 4) of a segment of the ring: LED 0 is the first from the top towards the nose."""
+    return _eye_place(side) @ turned("x", side * 360 / LEDS * (index + 0.5))
 
 
 def eye_led() -> list[Surface]:
@@ -194,12 +192,10 @@ def mouth() -> list[Surface]:
 
 
 def forehead() -> list[Surface]:
+    """The lens of the camera above the eyes."""
     lens = lathe(
         [(0.0001, -0.004), (0.0048, -0.004), (0.0048, 0.0008), (0.003, 0.0016), (0.0001, 0.0018)],
         sides=24,
     )
-    place = (
-        np.asarray(trimesh.transformations.rotation_matrix(np.radians(-32), (0, 1, 0))) @ ALONG["x"]
-    )
-    place[:3, 3] = (0.0905, 0, 0.1655)
+    place = turned("y", -32, (0.0905, 0, 0.1655)) @ ALONG["x"]
     return [surface(lens, "eye", crease=50).moved(place)]

@@ -45,6 +45,15 @@ class Surface:
         outside = _part(self, -values)
         return [s for s in (replace(inside, color=color), outside) if len(s.faces)]
 
+    def with_panels(self, *panels: tuple[Field, str]) -> list[Surface]:
+        """Painted one panel after the other, each on what still has the first colour."""
+        parts = [self]
+        for field, color in panels:
+            first = [part for part in parts if part.color == self.color]
+            parts = [part for part in parts if part.color != self.color]
+            parts += [piece for part in first for piece in part.painted(field, color)]
+        return parts
+
 
 def _part(surface: Surface, values: Array) -> Surface:
     """The part with values < 0, triangles cut along the zero line."""
@@ -195,6 +204,16 @@ def cylinder(
 
 def box(size: ArrayLike, at: ArrayLike = (0, 0, 0)) -> trimesh.Trimesh:
     return trimesh.creation.box(size).apply_translation(at)
+
+
+def slab(half_y: float, half_z: float, depth: float, bevel: float, power: float) -> trimesh.Trimesh:
+    """A plate with round corners, from x = 0 to `depth`; the higher the power, the sharper."""
+    curve = superellipse(1, 1, 1, power=power, sides=64)
+    rings = []
+    for x, inset in ((0.0, bevel), (bevel, 0.0), (depth - bevel, 0.0), (depth, bevel)):
+        y, z = curve[:, 0] * (half_y - inset), curve[:, 1] * (half_z - inset)
+        rings.append(np.column_stack([np.full(64, x), y, z]))
+    return loft(rings)
 
 
 def cut(solid: trimesh.Trimesh, *others: trimesh.Trimesh) -> trimesh.Trimesh:

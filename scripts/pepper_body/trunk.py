@@ -18,6 +18,7 @@ from .shapes import (
     lathe,
     loft,
     rounded_hull,
+    slab,
     sphere,
     surface,
     through,
@@ -59,18 +60,16 @@ def skirt() -> list[Surface]:
     solid = loft(rings)
     above = cut(box((0.4, 0.4, 0.2), (0, 0, 0.1)), cylinder("y", KNEE_RADIUS, 0.3))
     shell = surface(cut(solid, above), "white", crease=30)
-    dome = shell.painted(
-        lambda p: np.where(
-            p[:, 2] < 0.02, 1.0, np.hypot(p[:, 0], p[:, 2]) * -1 + KNEE_RADIUS - 4e-4
-        ),
-        "grey",
-    )
-    parts = []
-    for part in dome:
-        parts += part.painted(_front_seam, "light") if part.color == "white" else [part]
+    parts = shell.with_panels((_dome, "grey"), (_front_seam, "light"))
     for x, y in ((0.09, 0.155), (0.09, -0.155), (-0.17, 0.0)):
         parts.append(surface(sphere(0.066, (x, y, -0.268), 2), "dark"))
     return parts
+
+
+def _dome(p: Array) -> Array:
+    """Negative on the round top that the thigh slides on."""
+    radius = np.hypot(p[:, 0], p[:, 2])
+    return np.where(p[:, 2] > 0.02, KNEE_RADIUS - 4e-4 - radius, 1.0)
 
 
 def _arch(curve: Array, z: float) -> Array:
@@ -113,10 +112,7 @@ def thigh() -> list[Surface]:
     )
     knee = cylinder("y", KNEE_RADIUS + GAP, 0.3)
     shell = surface(cut(solid, slot, knee), "white", crease=30)
-    parts: list[Surface] = []
-    for part in shell.painted(_slot, "dark"):
-        parts += part.painted(_thigh_seam, "light") if part.color == "white" else [part]
-    return parts
+    return shell.with_panels((_slot, "dark"), (_thigh_seam, "light"))
 
 
 def _slot(p: Array) -> Array:
@@ -126,6 +122,7 @@ def _slot(p: Array) -> Array:
 
 
 def _thigh_seam(p: Array) -> Array:
+    """Negative on a line up the front."""
     return np.where(p[:, 0] > 0, np.abs(p[:, 1]) - 0.0035, 1.0)
 
 
@@ -165,9 +162,7 @@ def torso() -> list[Surface]:
     sockets = [sphere(0.0475, SHOULDER * (1, s, 1), 3) for s in (1, -1)]
     waist = sphere(WAIST_RADIUS + 0.002, (0, 0, 0), 3)
     shell = surface(cut(solid, waist, *sockets), "white", crease=30)
-    parts: list[Surface] = []
-    for part in shell.painted(_socket, "grey"):
-        parts += part.painted(_side_panel, "light") if part.color == "white" else [part]
+    parts = shell.with_panels((_socket, "grey"), (_side_panel, "light"))
     collar = lathe(
         [(0.028, 0.284), (0.0375, 0.286), (0.0385, 0.294), (0.036, 0.299), (0.028, 0.299)],
         sides=40,
@@ -196,29 +191,9 @@ def tablet() -> list[Surface]:
     """The screen on the chest, leaning back."""
     place = turned("y", -32, (0.106, 0, 0.193))
 
-    def slab(
-        half_y: float, half_z: float, depth: float, ahead: float, bevel: float, power: float = 9.0
-    ):
-        rows = [
-            (0.0, 0.94),
-            (bevel, 1.0),
-            (depth - bevel, 1.0),
-            (depth, 0.94 if bevel > 0.001 else 1.0),
-        ]
-        t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-        y = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** (2 / power)
-        z = np.sign(np.sin(t)) * np.abs(np.sin(t)) ** (2 / power)
-        rings = []
-        for x, f in rows:
-            inset = (1 - f) * half_z
-            rings.append(
-                np.column_stack(
-                    [np.full(64, ahead + x), y * (half_y - inset), z * (half_z - inset)]
-                )
-            )
-        return loft(rings)
-
-    frame = surface(slab(0.122, 0.083, 0.016, -0.008, 0.004), "white", crease=30)
-    screen = surface(slab(0.106, 0.066, 0.0012, 0.0076, 0.0003, 14.0), "screen", crease=30)
-    arm = surface(box((0.05, 0.09, 0.06), (-0.03, 0, -0.005)), "grey", crease=30)
-    return [s.moved(place) for s in (frame, screen, arm)]
+    frame = slab(0.122, 0.083, 0.016, bevel=0.004, power=9.0).apply_translation((-0.008, 0, 0))
+    screen = slab(0.106, 0.066, 0.0012, bevel=0.0003, power=14.0)
+    screen.apply_translation((0.0076, 0, 0))
+    arm = box((0.05, 0.09, 0.06), (-0.03, 0, -0.005))
+    painted = ((frame, "white"), (screen, "screen"), (arm, "grey"))
+    return [surface(mesh, color, crease=30).moved(place) for mesh, color in painted]
