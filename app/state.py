@@ -51,8 +51,10 @@ class ModelFacts:
 
     @property
     def mu_sd(self) -> float:
-        """Standard deviation of all learned mu, the unit of the relative landscape window."""
-        return float(self.mu.std()) or 1.0
+        """The learned mu's standard deviation, averaged over dimensions: a window's relative unit."""
+        if len(self.mu) < 2:
+            return 1.0
+        return float(self.mu.std(axis=0, ddof=1).mean()) or 1.0
 
 
 @dataclass(frozen=True, eq=False)

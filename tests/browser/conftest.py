@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rnnpb_explorer.app.server import App
 
 HERE = Path(__file__).parent
+MOTION = "Alienated_1"  # its landscape has a slope that changes with every component
 FRAME = 40
 
 
@@ -49,7 +50,7 @@ def app() -> Iterator[App]:
         pytest.skip("checkpoints/strong.pt is not there")
     from rnnpb_explorer.app.server import ServerOptions, start
 
-    running = start(ServerOptions(port=0, frame=FRAME))
+    running = start(ServerOptions(port=0, motion=MOTION, frame=FRAME))
     yield running
     running.stop()
 

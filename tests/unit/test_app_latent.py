@@ -326,7 +326,9 @@ def test_a_reset_of_what_is_reset_computes_no_landscape() -> None:
 
 def test_the_relative_window_is_as_wide_as_the_learned_mu_spread() -> None:
     _, works = update(FACTS, open_screen(), do.SetWindow("sd"))
-    assert landscapes(works)[0].radius == pytest.approx(RELATIVE_RADIUS * MU.std())
+    assert landscapes(works)[0].radius == pytest.approx(
+        RELATIVE_RADIUS * MU.std(axis=0, ddof=1).mean()
+    )
 
 
 # --- undo ---
