@@ -51,7 +51,7 @@ class ModelFacts:
 
     @property
     def mu_sd(self) -> float:
-        """The learned mu's standard deviation, averaged over dimensions: a window's relative unit."""
+        """Standard deviation of the learned mu, averaged over dimensions: a window's unit."""
         if len(self.mu) < 2:
             return 1.0
         return float(self.mu.std(axis=0, ddof=1).mean()) or 1.0
