@@ -96,9 +96,10 @@ class RobotView:
         """
         if self._eyes is None:
             return
-        rgb = _eye_rgb(np.tile(EYE_GLOW, (2, LEDS, 1)) if colors is None else colors)
-        if not np.array_equal(rgb, self._eyes.batched_colors):
-            self._eyes.batched_colors = rgb
+        # viser sends an array only when it differs from the last
+        self._eyes.batched_colors = _eye_rgb(
+            np.tile(EYE_GLOW, (2, LEDS, 1)) if colors is None else colors
+        )
 
     @property
     def has_eyes(self) -> bool:

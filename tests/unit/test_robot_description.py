@@ -215,6 +215,12 @@ def test_a_mimic_of_nothing_is_a_warning(tmp_path: Path) -> None:
             '<joint name="j" type="fixed"><parent link="b"/><child link="a"/></joint></robot>',
             "circle",
         ),
+        (
+            '<robot name="x"><link name="a"/><link name="b"/><link name="c"/>'
+            '<joint name="i" type="fixed"><parent link="a"/><child link="c"/></joint>'
+            '<joint name="j" type="fixed"><parent link="b"/><child link="c"/></joint></robot>',
+            "joint j: link c has a parent already",
+        ),
         ('<robot name="x"/>', "no link"),
     ],
 )

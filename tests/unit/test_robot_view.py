@@ -14,7 +14,7 @@ import viser
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, rotation_matrices
-from rnnpb_explorer.robot.view import RobotView, setup_stage
+from rnnpb_explorer.robot.view import TOLERANCE, RobotView, setup_stage
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +92,8 @@ def test_a_frame_sends_only_what_moved(
     view.show(poses, 0)
     sent = Sent(scene, monkeypatch)
     view.show(poses, 0)
+    unseen = _two_frames()[:1] + np.float32(TOLERANCE / 2)
+    view.show(joint_poses(pepper, PEPPER_JOINTS, unseen), 0)
     assert sent.messages == []
     view.show(poses, 1)
     fingers = {frame.joint for frame in pepper.tree.frames if frame.driver == "RHand"}
