@@ -111,7 +111,7 @@ class ExplorePanel:
             self._mu = [
                 Bound(
                     self._gui.add_slider(
-                        f"μ {dim + 1}", -mu_end, mu_end, mu_end / STEPS, 0.0, hint="mean of the PB"
+                        f"μ {dim + 1}", -mu_end, mu_end, _step(mu_end), 0.0, hint="mean of the PB"
                     ),
                     partial(self._set_mu, dim),
                 )
@@ -120,7 +120,7 @@ class ExplorePanel:
             self._sigma = [
                 Bound(
                     self._gui.add_slider(
-                        f"σ {dim + 1}", 0.0, sigma_end, sigma_end / STEPS, 0.0, hint="its spread"
+                        f"σ {dim + 1}", 0.0, sigma_end, _step(sigma_end), 0.0, hint="its spread"
                     ),
                     partial(self._set_sigma, dim),
                 )
@@ -153,6 +153,12 @@ class ExplorePanel:
         content = "\n\n".join(lines)
         if self._note.content != content:
             self._note.content = content
+
+
+def _step(end: float) -> float:
+    """A power of ten, so that the number beside the slider has few digits."""
+    step: float = 10.0 ** math.floor(math.log10(end / STEPS))
+    return step
 
 
 def _round_up(value: float) -> float:
