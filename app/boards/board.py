@@ -14,13 +14,17 @@ import viser.transforms
 from numpy.typing import NDArray
 
 from ..stage import Place
-from .plot import PlotFrame
+from .plot import Board
 
 PUCK_RADIUS = 0.016  # metres
 PUCK_COLOR = (255, 184, 28)
 PUCK_RIM_COLOR = (20, 20, 20)
 PUCK_AHEAD = 0.012
+REDRAW_SECONDS = 0.12  # at least, between two pictures
 JPEG_QUALITY = 90  # a PNG of this size takes ten times as long to pack
+
+# Values that a picture depends on. States share them while nothing changes them.
+Inputs = tuple[object, ...]
 
 # Gestures are numbered over all boards and sessions, so that no two are taken for one.
 _gestures = itertools.count(1)
@@ -41,6 +45,7 @@ class BoardView:
     """Owns the picture and the puck; what a touch means is the caller's.
 
     Args:
+        first: the picture to begin with; inputs: what it was drawn from.
         touched: gets every touch; called on viser's event loop, so it only hands on.
     """
 
@@ -49,18 +54,20 @@ class BoardView:
         scene: viser.SceneApi,
         name: str,
         place: Place,
-        picture: NDArray[np.uint8],
-        frame: PlotFrame,
+        first: Board,
+        inputs: Inputs,
         touched: Callable[[Touch], None],
+        clock: Callable[[], float],
     ) -> None:
-        self.place, self.frame = place, frame
-        self._touched = touched
+        self.place, self.frame = place, first.frame
+        self._touched, self._clock = touched, clock
+        self._drawn_from, self._next_redraw = inputs, 0.0
         self._gesture = 0
         axes = np.stack([place.right, -place.up, -place.normal], axis=1)  # rows go downwards
         turn = viser.transforms.SO3.from_matrix(axes).wxyz
         self._image = scene.add_image(
             f"/boards/{name}",
-            picture,
+            first.picture,
             place.size,
             place.size,
             format="jpeg",
@@ -93,9 +100,20 @@ class BoardView:
             handle.on_drag("left", modifier="shift")(self._on_drag)
         self._image.on_click(self._on_click)
 
-    def show_picture(self, picture: NDArray[np.uint8], frame: PlotFrame) -> None:
-        self.frame = frame
-        self._image.image = picture
+    def refresh(self, inputs: Inputs, draw: Callable[[], Board]) -> None:
+        """Draw the picture anew where its inputs changed, though not at every step of a drag.
+
+        The puck moves at once; the picture behind it may lag, and catches up with a later call.
+        """
+        if inputs == self._drawn_from or self._clock() < self._next_redraw:
+            return
+        self._drawn_from = inputs
+        self.show_picture(draw())
+        self._next_redraw = self._clock() + REDRAW_SECONDS
+
+    def show_picture(self, board: Board) -> None:
+        self.frame = board.frame
+        self._image.image = board.picture
 
     def show_puck(self, x: float, y: float) -> None:
         """Put the puck at data coordinates; off the picture it waits at the rim."""

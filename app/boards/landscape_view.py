@@ -14,11 +14,9 @@ from ..slices import landscape_slice, on_landscape
 from ..stage import Place
 from ..state import AppState, Array, ModelFacts
 from ..words import target_label, window_label
-from .board import BoardView, Touch
+from .board import BoardView, Inputs, Touch
 from .drawing import Board, draw_landscape
 from .paths import recognition_path
-
-REDRAW_SECONDS = 0.1
 
 
 class LandscapeView:
@@ -33,30 +31,20 @@ class LandscapeView:
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._send, self._clock = facts, send, clock
+        self._facts, self._send = facts, send
         self._axes = len(landscape_slice(facts[state.active], state, state.current).labels)
-        self._drawn = self._inputs(state)
-        self._next_redraw = 0.0
-        picture = self._picture(state)
-        self.board = BoardView(
-            scene, "landscape", place, picture.picture, picture.frame, self._touched
-        )
+        first, inputs = self._picture(state), self._inputs(state)
+        self.board = BoardView(scene, "landscape", place, first, inputs, self._touched, clock)
 
     def show(self, state: AppState) -> None:
         facts = self._facts[state.active]
-        inputs = self._inputs(state)
-        if inputs != self._drawn and self._clock() >= self._next_redraw:
-            self._drawn = inputs
-            picture = self._picture(state)
-            self.board.show_picture(picture.picture, picture.frame)
-            self._next_redraw = self._clock() + REDRAW_SECONDS
+        self.board.refresh(self._inputs(state), lambda: self._picture(state))
         where = on_landscape(facts, state, state.current.latent.mu)
         self._axes = len(where)
         self.board.show_puck(float(where[0]), float(where[1]) if len(where) > 1 else 0.0)
 
     @staticmethod
-    def _inputs(state: AppState) -> tuple[object, ...]:
-        """What the picture depends on; states share these values while nothing changes them."""
+    def _inputs(state: AppState) -> Inputs:
         recognition = state.recognition
         return (
             state.active,

@@ -11,7 +11,7 @@ import viser
 from .. import intents as do
 from ..stage import Place
 from ..state import AppState, Array, ModelFacts
-from .board import BoardView, Touch
+from .board import BoardView, Inputs, Touch
 from .drawing import (
     Board,
     PlotFrame,
@@ -24,7 +24,6 @@ from .drawing import (
 )
 from .paths import recognition_path
 
-REDRAW_SECONDS = 0.15  # the puck moves at once, the picture behind it may lag by this
 CLICK_RADIUS = 0.025  # of the board's width: a click this near to a point selects it
 WIDENING = 1.3  # a path that leaves the frame widens it in steps of this factor
 
@@ -41,29 +40,21 @@ class MapView:
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._send, self._clock = facts, send, clock
+        self._facts, self._send = facts, send
         self._state = state
         self._frames: dict[tuple[int, tuple[int, ...], int], PlotFrame] = {}
         self._styles: dict[tuple[int, str], PointStyle] = {}
-        self._drawn = self._inputs(state)
-        self._next_redraw = 0.0
         self._grabbed: tuple[Array, Array] | None = None  # pointer and hidden coordinates at start
-        picture = self._picture(state)
-        self.board = BoardView(scene, "map", place, picture.picture, picture.frame, self._touched)
+        first, inputs = self._picture(state), self._inputs(state)
+        self.board = BoardView(scene, "map", place, first, inputs, self._touched, clock)
 
     def show(self, state: AppState) -> None:
         self._state = state
-        inputs = self._inputs(state)
-        if inputs != self._drawn and self._clock() >= self._next_redraw:
-            self._drawn = inputs
-            picture = self._picture(state)
-            self.board.show_picture(picture.picture, picture.frame)
-            self._next_redraw = self._clock() + REDRAW_SECONDS
+        self.board.refresh(self._inputs(state), lambda: self._picture(state))
         self.board.show_puck(*self._puck(state))
 
     @staticmethod
-    def _inputs(state: AppState) -> tuple[object, ...]:
-        """What the picture depends on; states share these values while nothing changes them."""
+    def _inputs(state: AppState) -> Inputs:
         recognition = state.recognition
         return (
             state.active,

@@ -61,8 +61,12 @@ def skirt() -> list[Surface]:
     above = cut(box((0.4, 0.4, 0.2), (0, 0, 0.1)), cylinder("y", KNEE_RADIUS, 0.3))
     shell = surface(cut(solid, above), "white", crease=30)
     parts = shell.with_panels((_dome, "grey"), (_front_seam, "light"))
+    # of the wheels only what is seen below the rim
+    slope = np.linspace(0, 1.0, 8)
+    profile = [(0.066 * np.sin(a), -0.268 - 0.066 * np.cos(a)) for a in slope]
     for x, y in ((0.09, 0.155), (0.09, -0.155), (-0.17, 0.0)):
-        parts.append(surface(sphere(0.066, (x, y, -0.268), 2), "dark"))
+        wheel = lathe(profile, sides=28).apply_translation((x, y, 0))
+        parts.append(surface(wheel, "dark"))
     return parts
 
 

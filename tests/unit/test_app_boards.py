@@ -12,6 +12,7 @@ import viser
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.boards.board import PUCK_AHEAD, BoardView
+from rnnpb_explorer.app.boards.drawing import Board
 from rnnpb_explorer.app.boards.landscape_view import LandscapeView
 from rnnpb_explorer.app.boards.map_view import MapView
 from rnnpb_explorer.app.slices import on_landscape
@@ -320,9 +321,9 @@ def count_pictures(board: BoardView, monkeypatch: pytest.MonkeyPatch) -> list[ob
     drawn: list[object] = []
     show = board.show_picture
 
-    def counted(picture: np.ndarray, frame: object) -> None:
-        drawn.append(frame)
-        show(picture, frame)  # type: ignore[arg-type]
+    def counted(picture: Board) -> None:
+        drawn.append(picture.frame)
+        show(picture)
 
     monkeypatch.setattr(board, "show_picture", counted)
     return drawn
