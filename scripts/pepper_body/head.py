@@ -58,7 +58,7 @@ def head() -> list[Surface]:
         (0.2155, 0.030, 0.030, 0.028, 0.001),
         (0.2190, 0.004, 0.004, 0.004, 0.001),
     ]
-    solid = body(stations, rings=32, sides=56, power=2.15)
+    solid = body(stations, rings=30, sides=52, power=2.15)
     holes = [sphere(BOWL, _bowl_center(side)) for side in (1, -1)]
     shell = surface(cut(solid, *holes), "white", crease=30)
     parts = shell.with_panels((_cap, "light"), (_eye_hole, "dark"))

@@ -62,10 +62,10 @@ def skirt() -> list[Surface]:
     shell = surface(cut(solid, above), "white", crease=30)
     parts = shell.with_panels((_dome, "grey"), (_front_seam, "light"))
     # of the wheels only what is seen below the rim
-    slope = np.linspace(0, 1.0, 8)
+    slope = np.linspace(0, 1.0, 5)
     profile = [(0.066 * np.sin(a), -0.268 - 0.066 * np.cos(a)) for a in slope]
     for x, y in ((0.09, 0.155), (0.09, -0.155), (-0.17, 0.0)):
-        wheel = lathe(profile, sides=28).apply_translation((x, y, 0))
+        wheel = lathe(profile, sides=20).apply_translation((x, y, 0))
         parts.append(surface(wheel, "dark"))
     return parts
 
