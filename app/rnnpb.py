@@ -14,11 +14,13 @@ from rnnpb_explorer.core.commands.command import Command, add_data, whole
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.files import check_writable, replacing
 
+from .export_command import EXPORT
+
 SMALLEST, LARGEST = (320, 240), (7680, 4320)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    return run_command(argv, (*COMMANDS, SCREENSHOT))
+    return run_command(argv, (*COMMANDS, EXPORT, SCREENSHOT))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

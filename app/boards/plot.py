@@ -161,7 +161,7 @@ def new_board(size: int) -> Canvas:
     """An empty board: light, in a thin dark frame whose inner corners are round."""
     canvas = Canvas(Image.new("RGB", (size, size), FRAME))
     rim = max(2, round(size * 7 / DESIGN_SIZE))
-    canvas.rounded(rim, rim, size - rim, size - rim, size * 30 / DESIGN_SIZE, BOARD)
+    canvas.rounded(rim, rim, size - rim, size - rim, size * 12 / DESIGN_SIZE, BOARD)
     return canvas
 
 

@@ -29,6 +29,18 @@ MAX_SAMPLES = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_pb_arguments(parser)
+    parser.add_argument("--samples", type=whole(1, MAX_SAMPLES), default=1, metavar="N")
+    parser.add_argument(
+        "--out",
+        required=True,
+        metavar="x.csv",
+        help="with several samples: x-0.csv, x-1.csv, ..",
+    )
+
+
+def add_pb_arguments(parser: argparse.ArgumentParser) -> None:
+    """What says which PB to generate from, and how long; for every command that makes motions."""
     add_checkpoint(parser)
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--motion", metavar="NAME", help="a learned motion, by name or index from 0")
@@ -40,7 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="s|a,b,..|learned",
         help="standard deviation of the PB, one for all or one a dimension; default: 0",
     )
-    parser.add_argument("--samples", type=whole(1, MAX_SAMPLES), default=1, metavar="N")
     parser.add_argument(
         "--steps",
         type=whole(1, MAX_FRAMES),
@@ -50,12 +61,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_seed(parser)
     add_data(parser)
     add_device(parser)
-    parser.add_argument(
-        "--out",
-        required=True,
-        metavar="x.csv",
-        help="with several samples: x-0.csv, x-1.csv, ..",
-    )
 
 
 def _sigma(text: str) -> tuple[float, ...] | None:
@@ -63,23 +68,32 @@ def _sigma(text: str) -> tuple[float, ...] | None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    from ..device import choose_device
-    from ..model import UNKNOWN_LENGTH
-
     paths = _paths(Path(arguments.out), arguments.samples)
     for path in paths:
         check_writable(path)
+    motions = motions_of(arguments, arguments.samples)
+    for path, motion in zip(paths, motions, strict=True):
+        write_motion(motion, path)
+    where = paths[0] if len(paths) == 1 else f"{paths[0]} .. {paths[-1]}"
+    print(f"{len(paths)} x {len(motions[0])} frames at {motions[0].fps:g} Hz: {where}")
+
+
+def motions_of(arguments: argparse.Namespace, samples: int) -> list[Motion]:
+    """The motions that the flags of `add_pb_arguments` ask for."""
+    from ..device import choose_device
+    from ..model import UNKNOWN_LENGTH
+
     model, _ = load_model(arguments.ckpt, arguments.data)
     index = None if arguments.motion is None else model.motion_index(arguments.motion)
     mu, sigma = _latent(model, index, arguments.mu, arguments.sigma)
     steps = arguments.steps or (UNKNOWN_LENGTH if index is None else model.length(index))
 
     model.to(choose_device(arguments.device))
-    motions = sample(model, mu, sigma, arguments.samples, steps, arguments.seed)
-    for path, positions in zip(paths, motions, strict=True):
-        write_motion(Motion(path.stem, model.info.joints, positions.numpy(), model.info.fps), path)
-    where = paths[0] if len(paths) == 1 else f"{paths[0]} .. {paths[-1]}"
-    print(f"{len(paths)} x {steps} frames at {model.info.fps:g} Hz: {where}")
+    name = "generated" if index is None else model.motion_name(index)
+    return [
+        Motion(name, model.info.joints, positions.numpy(), model.info.fps)
+        for positions in sample(model, mu, sigma, samples, steps, arguments.seed)
+    ]
 
 
 def sample(model: RNNPB, mu: Tensor, sigma: Tensor, samples: int, steps: int, seed: int) -> Tensor:

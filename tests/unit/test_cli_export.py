@@ -1,0 +1,69 @@
+"""`rnnpb export`: what is written can be read back, and limits hold unless one insists."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rnnpb_explorer.app.rnnpb import main
+from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.motion import read_motion
+from rnnpb_explorer.robot.description import load_robot
+from rnnpb_explorer.robot.export import parse_json, parse_naoqi
+from rnnpb_explorer.robot.safety import check_motion
+
+FAR = ("--mu", "3,-3,3,3")  # where the strong model's motions break limits of the robot
+
+
+def export(out: Path, *flags: str) -> int:
+    return main(["export", "--ckpt", "strong", *flags, "--out", str(out)])
+
+
+def test_limits_hold_unless_one_insists(strong: RNNPB, tmp_path: Path) -> None:
+    robot, joints = load_robot("pepper"), strong.info.joints
+    limited, raw = tmp_path / "limited.csv", tmp_path / "raw.csv"
+    assert export(limited, *FAR) == 0
+    assert export(raw, *FAR, "--beyond-limits") == 0
+    assert check_motion(read_motion(raw, joints), robot).light != "green"
+    assert check_motion(read_motion(limited, joints), robot).light == "green"
+
+
+def test_what_breaks_limits_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert export(tmp_path / "x.csv", *FAR) == 0
+    said = capsys.readouterr()
+    assert "limit" in said.err
+    assert "within the limits" in said.out
+
+
+@pytest.mark.parametrize("file_format", ["json", "naoqi"])
+def test_every_format_brings_the_motion_back(
+    strong: RNNPB, tmp_path: Path, file_format: str
+) -> None:
+    out, plain = tmp_path / "motion.out", tmp_path / "motion.csv"
+    assert export(out, "--motion", "Happy_4", "--format", file_format) == 0
+    assert export(plain, "--motion", "Happy_4") == 0
+    parse = parse_json if file_format == "json" else parse_naoqi
+    back = parse(out.read_text(encoding="utf-8"), out.name)
+    columns = [back.joints.index(joint) for joint in strong.info.joints]
+    expected = read_motion(plain, strong.info.joints).positions
+    np.testing.assert_allclose(back.positions[:, columns], expected, atol=2e-6)
+
+
+def test_it_starts_and_ends_in_a_safe_posture(strong: RNNPB, tmp_path: Path) -> None:
+    out = tmp_path / "safe.csv"
+    assert export(out, "--motion", "Happy_4", "--safe-posture") == 0
+    positions = read_motion(out, strong.info.joints).positions
+    np.testing.assert_allclose(positions[0], positions[-1], atol=1e-6)
+    assert len(positions) > strong.length(strong.motion_index("Happy_4"))
+
+
+@pytest.mark.parametrize("flags", [("--motion", "Nope"), ("--motion", "0", "--robot", "nobody")])
+def test_bad_input_writes_nothing(
+    tmp_path: Path, flags: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "x.csv"
+    assert export(out, *flags) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert not out.exists()
