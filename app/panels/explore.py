@@ -166,7 +166,7 @@ def _round_up(value: float) -> float:
     if value <= 0:
         return 1.0
     unit: float = 10.0 ** math.floor(math.log10(value)) / 2
-    return math.ceil(value / unit) * unit
+    return round(math.ceil(value / unit) * unit, 12)  # 0.85, not 0.8500000000000001
 
 
 def _show_slider(bound: Bound, value: float) -> None:
