@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,3 +140,16 @@ def make_trace(
         prediction_error=2 * falling,
         early_update=early,
     )
+
+
+def hand_on(coroutine: Coroutine[Any, Any, None]) -> None:
+    """Run a callback of viser's event loop, which hands on and never waits: one step ends it.
+
+    No loop of asyncio's is needed, so that it does not matter whether one runs in this thread.
+    """
+    try:
+        coroutine.send(None)
+    except StopIteration:
+        return
+    coroutine.close()
+    raise AssertionError("a callback of viser's event loop waited for something")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 
@@ -25,6 +24,7 @@ from .app_states import (
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
     after,
+    hand_on,
     make_facts,
     make_trace,
     open_screen,
@@ -75,12 +75,12 @@ class Hand:
             end_position=tuple(through),
             modifier="shift" if shift else None,
         )
-        asyncio.run(self.board._on_drag(event))  # type: ignore[arg-type]
+        hand_on(self.board._on_drag(event))  # type: ignore[arg-type]
 
     def click(self, x: float, y: float) -> None:
         direction = self._world(x, y) - EYE
         event = SimpleNamespace(ray_origin=tuple(EYE), ray_direction=tuple(direction))
-        asyncio.run(self.board._on_click(event))  # type: ignore[arg-type]
+        hand_on(self.board._on_click(event))  # type: ignore[arg-type]
 
 
 class Setup:

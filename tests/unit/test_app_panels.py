@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+import inspect
 import math
 from collections.abc import Callable, Iterator
 from itertools import combinations
@@ -35,6 +35,7 @@ from .app_states import (
     TWELVE_DIMENSIONS,
     after,
     answer,
+    hand_on,
     make_facts,
     make_trace,
     open_screen,
@@ -79,8 +80,8 @@ def hand(handle: Any, value: object = True) -> None:
     event = SimpleNamespace(client=object(), client_id=0, target=handle)
     for callback in handle._impl.update_cb:
         result = callback(event)
-        if asyncio.iscoroutine(result):
-            asyncio.run(result)
+        if inspect.iscoroutine(result):
+            hand_on(result)
 
 
 def labelled(gui: viser.GuiApi, label: str) -> Any:
@@ -113,7 +114,7 @@ def test_the_apps_own_hand_is_not_reported(gui: viser.GuiApi) -> None:
     widget.show(0.25)
     assert widget.handle.value == 0.25
     event = SimpleNamespace(client=None, client_id=None, target=widget.handle)
-    asyncio.run(widget._on_update(event))  # type: ignore[arg-type]
+    hand_on(widget._on_update(event))  # type: ignore[arg-type]
     assert changed == []
 
 

@@ -91,13 +91,14 @@ def ctrl_c_in_epoch_3(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def interrupt(rnnpb: Rnnpb, *flags: object) -> None:
+    before = signal.getsignal(signal.SIGINT)
     outcome = train(rnnpb, *RECIPE, *flags, "--out", "B.pt")
     assert outcome.code == 130
     assert outcome.err.count("\n") == 1
     assert "stopped after epoch 3 of 6; to go on: rnnpb train --data data --resume" in outcome.err
     assert "B.resume.pt --out B.pt" in outcome.err
     assert sorted(Path().glob("*B*")) == [Path("B.resume.pt")]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_ctrl_c_and_resume_bit_for_bit(
