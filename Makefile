@@ -18,7 +18,7 @@ explore: $(VENV)/installed
 	@exec $(BIN)/rnnpb-explorer $(ARGS)
 
 # The commands do the same for themselves (core/threads.py): threads that wait do not spin.
-test: export OMP_WAIT_POLICY ?= PASSIVE
+test: export GOMP_SPINCOUNT ?= 1000
 test: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest $(ARGS)
 
