@@ -226,7 +226,7 @@ class _Session:
         mean, sd = reconstruction(model, motions, METRIC_SAMPLES, seed=0)
         at_mean = reconstruction_at_mean(model, motions)
         model.info.training = asdict(recipe) | {
-            "seconds": round(seconds, 1),
+            "seconds": round(seconds, 3),
             "device": str(model.mu.device.type),
             "dataset": self.dataset.attribution or f"{len(self.dataset.motions)} motions",
             "data_sha256": self.dataset.sha256,
