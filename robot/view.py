@@ -158,7 +158,7 @@ def setup_stage(scene: viser.SceneApi) -> None:
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
     scene.set_background_image(np.full((2, 2, 3), BACKDROP, dtype=np.uint8), format="png")
-    scene.configure_fog(near=5.0, far=10.5, color=(172, 179, 190))
+    # No fog: the mark that viser draws during a drag has no fog uniforms, and three.js stops there.
     scene.add_light_hemisphere(
         "/stage/sky", sky_color=(255, 255, 255), ground_color=(176, 180, 190), intensity=1.6
     )
