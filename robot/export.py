@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import math
 import re
-from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.csv_table import MAX_ANGLE
 from ..core.errors import InputError
-from ..core.motion import Motion, check_length, format_motion
+from ..core.motion import Motion, format_motion
 from .description import Robot
 from .safety import SafetyReport, check_motion, limit_motion
 
@@ -54,12 +52,14 @@ class Export:
     """What was written, and what is to be known of it.
 
     report: of the motion as it was given, before limits were enforced.
+    changes: the largest change that limiting made to each joint that it changed, in its unit.
     """
 
     content: str
     suffix: str
     motion: Motion
     report: SafetyReport
+    changes: dict[str, float] = field(default_factory=dict)
 
 
 def export_motion(
@@ -82,16 +82,23 @@ def export_motion(
     if file_format not in FORMATS:
         raise InputError(f"no export format {file_format!r}; there are {', '.join(FORMATS)}")
     report = check_motion(motion, robot)
+    changes: dict[str, float] = {}
     if enforce_limits:
-        motion = limit_motion(motion, robot)
-    lead = (0, 0)
+        raw, motion = motion, limit_motion(motion, robot)
+        most = np.abs(motion.positions - raw.positions).max(axis=0)
+        changes = {
+            joint: float(change)
+            for joint, change in zip(motion.joints, most, strict=True)
+            if change > 0
+        }
+    leads = (0, 0)
     if safe_posture:
-        motion, lead = with_safe_posture(motion, robot)
+        motion, leads = with_safe_posture(motion, robot)
     if file_format == "csv":
-        return Export(format_motion(motion), ".csv", motion, report)
+        return Export(format_motion(motion), ".csv", motion, report, changes)
     if file_format == "json":
-        return Export(_format_json(motion, lead), ".json", motion, report)
-    return Export(_format_naoqi(motion), ".py", motion, report)
+        return Export(_format_json(motion, leads), ".json", motion, report, changes)
+    return Export(_format_naoqi(motion, leads), ".py", motion, report, changes)
 
 
 def posture(robot: Robot) -> dict[str, float]:
@@ -150,36 +157,6 @@ def _format_json(motion: Motion, lead: tuple[int, int]) -> str:
     return f'{head.removesuffix(chr(10) + "}")},\n  "positions": [\n    {rows}\n  ]\n}}\n'
 
 
-def parse_json(content: str, source: str) -> Motion:
-    """The motion in a JSON export, without the frames from and to the safe posture.
-
-    Raises:
-        InputError: not such a file.
-    """
-    try:
-        data: Any = json.loads(content)
-        if data["format"] != JSON_FORMAT:
-            raise InputError(f"{source} is not of the format {JSON_FORMAT}")
-        first, last = int(data["lead_in_frames"]), int(data["lead_out_frames"])
-        positions = np.array(data["positions"], dtype=np.float32)
-        positions = positions[first : len(positions) - last]
-        motion = Motion(str(data["name"]), tuple(data["joints"]), positions, float(data["fps"]))
-    except InputError:
-        raise
-    except (ValueError, KeyError, TypeError) as error:
-        reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError(f"{source} is no motion exported as JSON ({reason})") from error
-    return _checked(motion, source)
-
-
-def _checked(motion: Motion, source: str) -> Motion:
-    """A file may have been changed by hand."""
-    check_length(len(motion), source)
-    if not np.all(np.abs(motion.positions) < MAX_ANGLE):  # false for NaN, too
-        raise InputError(f"{source} has values that are no plausible angles")
-    return motion
-
-
 _NAOQI = '''# -*- coding: utf-8 -*-
 """{title}
 
@@ -192,6 +169,7 @@ from __future__ import print_function
 import sys
 
 FPS = {fps!r}
+LEADS = {leads}  # frames from and to the safe posture
 NAMES = {names}
 TIMES = [[{times}]] * len(NAMES)
 ANGLES = [
@@ -224,7 +202,7 @@ if __name__ == "__main__":
 '''
 
 
-def _format_naoqi(motion: Motion) -> str:
+def _format_naoqi(motion: Motion, leads: tuple[int, int]) -> str:
     strange = [joint for joint in motion.joints if joint not in PEPPER_STAND]
     if strange:
         raise InputError(f"NAOqi on Pepper has no joint {', '.join(strange)}; export CSV or JSON")
@@ -239,33 +217,8 @@ def _format_naoqi(motion: Motion) -> str:
         file=f"{name.replace(' ', '_')}.py",
         note=f"The robot first takes {LEAD_IN:g} s to the first frame. Keep clear of its arms.\n",
         fps=motion.fps,
+        leads=list(leads),
         names=json.dumps(list(motion.joints)),
         times=", ".join(f"{time:.3f}" for time in times),
         angles="\n".join(columns),
     )
-
-
-def parse_naoqi(content: str, source: str) -> Motion:
-    """The motion in a NAOqi export; the script is read, never run.
-
-    Raises:
-        InputError: not such a script.
-    """
-    try:
-        tree = ast.parse(content)
-        values: dict[str, ast.expr] = {
-            node.targets[0].id: node.value
-            for node in tree.body
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-        }
-        names = ast.literal_eval(values["NAMES"])
-        angles = np.array(ast.literal_eval(values["ANGLES"]), dtype=np.float32)
-        fps = float(ast.literal_eval(values["FPS"]))
-        title = (ast.get_docstring(tree) or "").partition(":")[0]
-        motion = Motion(title, tuple(names), np.ascontiguousarray(angles.T), fps)
-    except InputError:
-        raise
-    except (SyntaxError, ValueError, KeyError, TypeError) as error:
-        reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError(f"{source} is no exported NAOqi script ({reason})") from error
-    return _checked(motion, source)

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.motion import Motion
+from ..core.motion import OPENINGS, Motion
 from .description import Robot
 
 Kind = Literal["position", "velocity", "start"]
@@ -30,8 +30,9 @@ class Violation:
 
     kind: "start" is a velocity in the first frames, the jump that a motion may begin with.
     first, last: frames, both included; a velocity belongs to the frame that it leads to.
-    worst: position (radians) or speed (radians a second) where it is farthest out. limit: the one
-    that is broken there. excess: radians beyond it, or times the speed limit.
+    worst: position (in `unit`) or speed (a second) where it is farthest out. limit: the one that is
+    broken there. excess: beyond a position's limit, or times the speed limit.
+    unit: "rad", "m" for a prismatic joint, "" for the opening of a hand.
     """
 
     kind: Kind
@@ -41,20 +42,29 @@ class Violation:
     worst: float
     limit: float
     excess: float
+    unit: str = "rad"
 
     @property
     def light(self) -> Light:
         small = AMBER_POSITION if self.kind == "position" else AMBER_VELOCITY
         return "amber" if self.excess <= small else "red"
 
-    def __str__(self) -> str:
-        frames = f"frame {self.first}" if self.first == self.last else (
-            f"frames {self.first} to {self.last}"
-        )  # fmt: skip
+    @property
+    def fault(self) -> str:
+        """Joint and values without the frames, in plain words."""
+        unit = self.unit and f" {self.unit}"
         if self.kind == "position":
-            return f"{self.joint}, {frames}: {self.worst:.3f}, limit {self.limit:.3f}"
-        jump = " at the start" if self.kind == "start" else ""
-        return f"{self.joint}, {frames}: {self.worst:.1f} a second{jump}, limit {self.limit:.1f}"
+            return f"{self.joint}: position {self.worst:.3f}{unit}, limit {self.limit:.3f}"
+        what = "jump at the start" if self.kind == "start" else "velocity"
+        return f"{self.joint}: {what} {self.worst:.1f}{unit}/s over {self.limit:.1f}"
+
+    @property
+    def span(self) -> str:
+        """Its frames as `4` or `4–9`."""
+        return str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
+
+    def __str__(self) -> str:
+        return f"{self.fault}, {'frame' if self.first == self.last else 'frames'} {self.span}"
 
 
 @dataclass(frozen=True)
@@ -85,14 +95,29 @@ class SafetyReport:
 
 def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     """Check every frame against the limits in the robot's description."""
+    known = [column for column, joint in enumerate(motion.joints) if joint in robot.limits]
+    joints = [motion.joints[column] for column in known]
+    positions = motion.positions[:, known].astype(np.float64)  # (T, K)
+    lower, upper = np.array([robot.limits[joint] for joint in joints]).reshape(-1, 2).T
+    fastest = np.array([robot.velocity_limits[joint] for joint in joints])
+    beyond = np.maximum(lower - positions, positions - upper)  # (T, K)
+    speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * motion.fps  # 0 at first
+    outside, too_fast = beyond > SLACK, speed > fastest * (1 + SLACK)
+    sliding = {frame.joint for frame in robot.tree.frames if frame.prismatic}
     violations: list[Violation] = []
-    positions = motion.positions.astype(np.float64)
-    for column, joint in enumerate(motion.joints):
-        if joint in robot.limits:
-            values = positions[:, column]
-            violations += _position_violations(joint, values, robot.limits[joint])
-            violations += _velocity_violations(
-                joint, values, robot.velocity_limits[joint], motion.fps
+    for k in np.flatnonzero((outside | too_fast).any(axis=0)):
+        joint = joints[k]
+        unit = "" if joint in OPENINGS else "m" if joint in sliding else "rad"
+        for first, last in _runs(outside[:, k]):
+            at = first + int(beyond[first : last + 1, k].argmax())
+            worst, excess = float(positions[at, k]), float(beyond[at, k])
+            limit = float(lower[k] if worst < lower[k] else upper[k])
+            violations.append(Violation("position", joint, first, last, worst, limit, excess, unit))
+        for first, last in _runs(too_fast[:, k]):
+            worst, limit = float(speed[first : last + 1, k].max()), float(fastest[k])
+            kind: Kind = "start" if first <= START_FRAMES else "velocity"
+            violations.append(
+                Violation(kind, joint, first, last, worst, limit, worst / limit, unit)
             )
     violations.sort(key=_severity, reverse=True)
     unchecked = tuple(joint for joint in motion.joints if joint not in robot.limits)
@@ -104,32 +129,6 @@ def _severity(violation: Violation) -> float:
     if violation.kind == "position":
         return violation.excess / AMBER_POSITION
     return (violation.excess - 1) / (AMBER_VELOCITY - 1)
-
-
-def _position_violations(
-    joint: str, values: NDArray[np.float64], limits: tuple[float, float]
-) -> list[Violation]:
-    lower, upper = limits
-    beyond = np.maximum(lower - values, values - upper)  # (T,)
-    found = []
-    for first, last in _runs(beyond > SLACK):
-        at = first + int(beyond[first : last + 1].argmax())
-        limit = lower if values[at] < lower else upper
-        worst = float(values[at])
-        found.append(Violation("position", joint, first, last, worst, limit, float(beyond[at])))
-    return found
-
-
-def _velocity_violations(
-    joint: str, values: NDArray[np.float64], limit: float, fps: float
-) -> list[Violation]:
-    speed = np.abs(np.diff(values, prepend=values[:1])) * fps  # (T,), 0 in the first frame
-    found = []
-    for first, last in _runs(speed > limit * (1 + SLACK)):
-        worst = float(speed[first : last + 1].max())
-        kind: Kind = "start" if first <= START_FRAMES else "velocity"
-        found.append(Violation(kind, joint, first, last, worst, limit, worst / limit))
-    return found
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

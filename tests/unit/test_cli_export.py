@@ -11,7 +11,7 @@ from rnnpb_explorer.app.rnnpb import main
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.robot.description import load_robot
-from rnnpb_explorer.robot.export import parse_json, parse_naoqi
+from rnnpb_explorer.robot.importing import parse_json, parse_naoqi
 from rnnpb_explorer.robot.safety import check_motion
 
 FAR = ("--mu", "3,-3,3,3")  # where the strong model's motions break limits of the robot
@@ -33,7 +33,7 @@ def test_limits_hold_unless_one_insists(strong: RNNPB, tmp_path: Path) -> None:
 def test_what_breaks_limits_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert export(tmp_path / "x.csv", *FAR) == 0
     said = capsys.readouterr()
-    assert "limit" in said.err
+    assert "rad/s over 7.3, frame" in said.err
     assert "within the limits" in said.out
 
 

@@ -48,7 +48,7 @@ def test_a_little_beyond_a_limit_is_amber(pepper: Robot) -> None:
     assert worst.worst == pytest.approx(2.12)
     assert worst.limit == YAW
     assert worst.excess == pytest.approx(2.12 - YAW, abs=1e-6)
-    assert str(worst) == "HeadYaw, frames 1 to 2: 2.120, limit 2.086"
+    assert str(worst) == "HeadYaw: position 2.120 rad, limit 2.086, frames 1–2"
 
 
 def test_far_below_a_limit_is_red(pepper: Robot) -> None:
@@ -63,6 +63,7 @@ def test_too_fast(pepper: Robot) -> None:
     assert _only(report) == ("velocity", 10, 11, "amber")
     assert report.violations[0].worst == pytest.approx(1.2 * 7.33998, rel=1e-5)
     assert report.violations[0].excess == pytest.approx(1.2, rel=1e-5)
+    assert str(report.violations[0]) == "HeadYaw: velocity 8.8 rad/s over 7.3, frames 10–11"
     assert check_motion(_yaw(*calm, 2.1 * YAW_STEP), pepper).light == "red"
 
 
