@@ -51,6 +51,11 @@ def novel_patterns(motions: Sequence[Motion], seed: int = 0) -> tuple[Motion, ..
     return tuple(_vary(by_name[name], random) for name in SOURCES)
 
 
+def novel_pattern(motion: Motion, seed: int = 0) -> Motion:
+    """One motion like, but not equal to, any motion that was trained on."""
+    return _vary(motion, np.random.default_rng(seed))
+
+
 def _vary(motion: Motion, random: np.random.Generator) -> Motion:
     from sklearn.decomposition import PCA  # its signs of the components matter to the shift
 

@@ -164,7 +164,7 @@ def _save(result: Landscape, out: Path, name: str, axis_names: list[str]) -> Non
 
     with replacing(out) as beside:
         if out.suffix.lower() == ".png":
-            from ..figure import draw_landscape
+            from ..figures.landscapes import draw_landscape
 
             draw_landscape(result, beside, name, axis_names)
         else:

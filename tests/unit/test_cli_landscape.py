@@ -18,7 +18,7 @@ from rnnpb_explorer.core import (
     save_checkpoint,
     write_motion,
 )
-from rnnpb_explorer.core.figure import draw_landscape
+from rnnpb_explorer.core.figures.landscapes import draw_landscape
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import ModelConfig, ModelInfo
 
@@ -88,7 +88,7 @@ def test_landscape_picture(rnnpb: Rnnpb) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "color"), [(-1.0, (103, 0, 31)), (0.0, (246, 246, 246)), (1.0, (5, 48, 97))]
+    ("value", "color"), [(-1.0, (103, 0, 31)), (0.0, (246, 247, 247)), (1.0, (5, 48, 97))]
 )
 def test_colors_mean_the_same_in_every_picture(
     tmp_path: Path, value: float, color: tuple[int, int, int]
