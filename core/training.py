@@ -30,6 +30,7 @@ class TrainingConfig:
     """A recipe; the model card says which one a shipped checkpoint was trained with."""
 
     epochs: int = 2500
+    samples: int = 1  # PBs sampled a motion and epoch; the second of a pair mirrors the first at mu
     seed: int = 0
     recurrent_rate: float = 0.05  # Muon's, of the recurrent weights: spectral norm of one step
     learning_rate: float = 0.01  # Adam's, of the other weights
@@ -44,6 +45,8 @@ class TrainingConfig:
     def __post_init__(self) -> None:
         if self.epochs < 1:
             raise InputError(f"epochs must be at least 1, got {self.epochs}")
+        if self.samples < 1:
+            raise InputError(f"samples must be at least 1, got {self.samples}")
 
 
 @dataclass(frozen=True)
@@ -146,32 +149,47 @@ class Trainer:
     def _train_epoch(self) -> tuple[float, float]:
         model = self.model
         model.zero_grad()
-        pb: Tensor = model.mu
+        pb = model.mu[None]  # (S, N, D)
         kl = torch.zeros(())
         if model.stochastic:
-            noise = torch.randn(model.mu.shape, generator=self._random).to(model.mu.device)
-            pb = model.mu + torch.exp(0.5 * model.log_var) * noise  # eq. 1
+            pb = model.mu + torch.exp(0.5 * model.log_var) * self._draw()  # eq. 1
             kl = kl_divergence(model.mu, model.log_var)
             (kl * (model.config.beta or 0.0)).backward()
         # The PBs are cut off from the graph so that their sampling is run backward only once.
         leaf = pb.detach().requires_grad_()
         squared_error = self._backward_error(leaf)
         pb.backward(leaf.grad)
-        torch.nn.utils.clip_grad_norm_(model.parameters(), self.training.max_gradient_norm)
+        limit = self.training.max_gradient_norm
+        norm = torch.nn.utils.clip_grad_norm_(model.parameters(), limit)
         for name, optimizer in self._optimizers.items():
-            optimizer.step()
+            # A closed loop can amplify a sample's gradient beyond any number; that epoch is lost,
+            # the run is not.
+            if norm.isfinite():
+                optimizer.step()
             self._schedules[name].step()
         return squared_error / model.config.num_joints, kl.item()
 
+    def _draw(self) -> Tensor:
+        """Standard normal noise (S, N, D) in antithetic pairs: what is odd in it cancels out."""
+        samples, mu = self.training.samples, self.model.mu
+        noise = torch.randn(((samples + 1) // 2, *mu.shape), generator=self._random)
+        return torch.cat([noise, -noise])[:samples].to(mu.device)
+
     def _backward_error(self, pb: Tensor) -> float:
-        """Squared error summed over joints, mean over frames; its gradients are added.
+        """Squared error summed over joints, mean over frames and samples; its gradients are added.
 
         Backward bucket by bucket holds one bucket's activations at a time.
+
+        Args:
+            pb: (S, N, D).
         """
         squared_error = 0.0
+        samples = len(pb)
         for bucket in self._buckets:
-            generated = self.model.generate(pb[bucket.rows], bucket.target.shape[1])
-            loss = ((generated - bucket.target) * bucket.mask).square().sum() / self._frames
+            frames = bucket.target.shape[1]
+            generated = self.model.generate(pb[:, bucket.rows].flatten(0, 1), frames)
+            error = generated.unflatten(0, (samples, -1)) - bucket.target  # (S, B, T, J)
+            loss = (error * bucket.mask).square().sum() / (self._frames * samples)
             loss.backward()
             squared_error += loss.item()
         return squared_error

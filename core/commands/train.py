@@ -40,6 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--pb-dim", type=whole(1, 128), help="default: 4")
     parser.add_argument("--hidden-size", type=whole(1, 4096), help="LSTM units; default: 256")
     parser.add_argument("--epochs", type=whole(1, 10_000_000), metavar="N")
+    parser.add_argument(
+        "--samples",
+        type=whole(1, 100),
+        metavar="N",
+        help="PBs sampled a motion and epoch, in mirrored pairs; default: 1; 2 pays off where "
+        "sigma is large, as with beta = 1e-3",
+    )
     parser.add_argument("--seed", type=whole(0, 2**32 - 1), help="default: 0")
     parser.add_argument("--resume", metavar="P", help="go on with the interrupted run in P")
     add_device(parser)
@@ -104,7 +111,7 @@ def _recipe(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]
         config = ModelConfig(behavior="deterministic", beta=None, **sizes)
     else:
         config = ModelConfig(**_given(arguments, "beta"), **sizes)
-    return config, TrainingConfig(**_given(arguments, "epochs", "seed"))
+    return config, TrainingConfig(**_given(arguments, "epochs", "samples", "seed"))
 
 
 def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]:
@@ -124,7 +131,7 @@ def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig
         raise InputError(f"{path} was left by another version; train anew ({error})") from error
     known = asdict(config) | asdict(training)
     for name, value in _given(
-        arguments, "behavior", "beta", "pb_dim", "hidden_size", "epochs", "seed"
+        arguments, "behavior", "beta", "pb_dim", "hidden_size", "epochs", "samples", "seed"
     ).items():
         if value != known[name]:
             flag = "--" + name.replace("_", "-")

@@ -96,17 +96,25 @@ class PackedTrainer(Trainer):
             for bucket in self._buckets
             for row, target, mask in zip(bucket.rows, bucket.target, bucket.mask, strict=True)
         }
-        self._order = torch.tensor(sorted(targets, key=lambda row: -len(targets[row])))
-        padded = pad_sequence([targets[int(row)] for row in self._order])  # (T, N, J)
-        lengths = torch.tensor([len(targets[int(row)]) for row in self._order])
-        running = torch.arange(len(padded))[:, None] < lengths  # (T, N)
+        samples = self.training.samples if self.model.stochastic else 1
+        rows = [  # every sample of a motion is a sequence, S N of them
+            row
+            for row in sorted(targets, key=lambda row: -len(targets[row]))
+            for _ in range(samples)
+        ]
+        # Where they lie in PBs (S, N, D) without their first axis.
+        offsets = torch.arange(samples).repeat(len(targets)) * len(targets)
+        self._order = torch.tensor(rows) + offsets
+        padded = pad_sequence([targets[row] for row in rows])  # (T, S N, J)
+        lengths = torch.tensor([len(targets[row]) for row in rows])
+        running = torch.arange(len(padded))[:, None] < lengths  # (T, S N)
         self._active = running.sum(dim=1).int()
         self._target = padded[running]  # (F, J)
 
     def generate_packed(self, pb: Tensor, exact: bool) -> Tensor:
-        """(F, J): `RNNPB.generate` for all motions at once, each to its own length."""
+        """(F, J): `RNNPB.generate` for PBs (S, N, D) at once, each to its motion's length."""
         model = self.model
-        first = pb[self._order] @ model.weight_pb.T + model.bias
+        first = pb.flatten(0, 1)[self._order] @ model.weight_pb.T + model.bias
         later = first + model.weight_frame @ model.bias_out
         folded = model.weight_hidden + model.weight_frame @ model.weight_out
         h = PackedLSTM.apply(first, later, folded, self._active, self._kernel, exact)
@@ -115,6 +123,6 @@ class PackedTrainer(Trainer):
     def _backward_error(self, pb: Tensor) -> float:
         exact = self.epoch > EXACT_FROM * self.training.epochs
         error = self.generate_packed(pb, exact) - self._target
-        loss = error.square().sum() / self._frames
+        loss = error.square().sum() / (self._frames * len(pb))
         loss.backward()
         return loss.item()

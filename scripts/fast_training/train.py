@@ -30,6 +30,7 @@ def main() -> None:
     parser.add_argument("name", choices=PRIORS)
     parser.add_argument("data", help="REBL-Pepper's data_raw.csv, or a folder of motions")
     parser.add_argument("--epochs", type=int, default=TrainingConfig.epochs)
+    parser.add_argument("--samples", type=int, default=TrainingConfig.samples)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", required=True, type=Path)
     parser.add_argument("--save-every", type=int, default=250, metavar="EPOCHS")
@@ -39,7 +40,7 @@ def main() -> None:
     dataset = load_dataset(arguments.data)
     beta = PRIORS[arguments.name]
     behavior = "deterministic" if beta is None else "stochastic"
-    recipe = TrainingConfig(epochs=arguments.epochs, seed=arguments.seed)
+    recipe = TrainingConfig(arguments.epochs, arguments.samples, arguments.seed)
     trainer = PackedTrainer(dataset, ModelConfig(behavior=behavior, beta=beta), recipe)
     unfinished = arguments.out.with_suffix(".resume.pt")
     before = 0.0

@@ -35,7 +35,7 @@ def test_packed_epoch_equals_plain_epoch(exact: bool, monkeypatch: pytest.Monkey
         for i in range(37)
     )
     trainers = [
-        kind(Dataset(motions, {}), ModelConfig(pb_dim=3), TrainingConfig(epochs=5))
+        kind(Dataset(motions, {}), ModelConfig(pb_dim=3), TrainingConfig(epochs=5, samples=3))
         for kind in (Trainer, packed_lstm.PackedTrainer)
     ]
     sys.modules.pop("packed_lstm", None)

@@ -80,6 +80,36 @@ def test_an_epoch_follows_the_published_loss(waves: Dataset, behavior: str) -> N
             torch.testing.assert_close(trained.grad, plain.grad, rtol=1e-4, atol=1e-7, msg=name)
 
 
+def test_samples_are_averaged_in_mirrored_pairs(waves: Dataset) -> None:
+    trainer = Trainer(waves, SMALL, replace(RECIPE, samples=3))
+    with torch.no_grad():
+        trainer.model.mu.normal_(generator=torch.Generator().manual_seed(0))
+    model = RNNPB(trainer.model.config, trainer.model.info)
+    model.load_state_dict(weights(trainer.model))
+    random = torch.Generator().manual_seed(RECIPE.seed)
+    first, second = torch.randn((2, *model.mu.shape), generator=random)
+    errors = [
+        (plain_generate(model, pb, len(motion)) - torch.as_tensor(motion.positions)).square().sum()
+        for noise in (first, second, -first)
+        for pb, motion in zip(model.mu + model.sigma * noise, waves.motions, strict=True)
+    ]
+    values = 3 * 3 * sum(len(motion) for motion in waves.motions)
+    progress = next(trainer.run())
+    assert progress.error == pytest.approx(sum(errors).item() / values, rel=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore:Detected call of `lr_scheduler.step")  # the first epoch is one
+def test_an_epoch_without_finite_gradient_changes_nothing(waves: Dataset) -> None:
+    far = [Motion(m.name, m.joints, m.positions * np.float32(1e25)) for m in waves.motions]
+    trainer = Trainer(Dataset(tuple(far), {}), SMALL, RECIPE)
+    before = weights(trainer.model)
+    progress = next(trainer.run())
+    assert progress.epoch == 1
+    assert not np.isfinite(progress.loss)
+    for name, value in before.items():
+        assert torch.equal(value, trainer.model.state_dict()[name]), name
+
+
 def test_the_seed_decides_everything(waves: Dataset) -> None:
     def trained(seed: int) -> Trainer:
         trainer = Trainer(waves, SMALL, replace(RECIPE, seed=seed))
