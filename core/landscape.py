@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import torch
@@ -20,6 +21,11 @@ from .model import RNNPB
 
 COARSE_CELLS = 6  # cells along each axis of the first, coarse stage
 NEAR_MAXIMUM = 0.9  # `area` counts the cells above this share of the maximum
+
+# Half of a window: as the paper has it, or in standard deviations of the learned mu, which takes
+# the scale of a model's space out of a comparison.
+Window = Literal["absolute", "sd"]
+WINDOW_RADIUS: dict[Window, float] = {"absolute": 1.0, "sd": 0.7}
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,12 @@ def plane(
         return pbs, values[0] + offsets[0], np.zeros(1)
     pbs = pbs + offsets[1][:, None, None] * axes[1]
     return pbs, values[0] + offsets[0], values[1] + offsets[1]
+
+
+def window_radius(model: RNNPB, window: Window) -> float:
+    """Half of a window around one of the model's PBs, in units of the PB."""
+    scale = float(model.mu.std(correction=0)) if window == "sd" else 1.0
+    return WINDOW_RADIUS[window] * scale
 
 
 def pearson(generated: Tensor, target: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""`rnnpb evaluate`: the two tables of the paper, for any checkpoints."""
+"""`rnnpb evaluate`: the two tables of the paper, and what kind of space a model has."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from .tables import (
     print_table,
     recognition_tables,
     reconstruction_table,
+    structure_table,
     write_json,
 )
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from ..model import RNNPB
     from ..motion import Motion
 
-TASKS = ("reconstruction", "recognition")
+TASKS = ("reconstruction", "recognition", "structure")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_tasks,
         default=TASKS[:1],
         metavar="T,..",
-        help="reconstruction (Table I), recognition (Table II), or both; default: reconstruction",
+        help="reconstruction (Table I), recognition (Table II), structure (scale and landscapes of "
+        "the latent space), or several of them; default: reconstruction",
     )
     parser.add_argument(
         "--samples",
@@ -76,29 +78,27 @@ def _tasks(text: str) -> tuple[str, ...]:
 def run(arguments: argparse.Namespace) -> None:
     if arguments.json is not None:
         check_writable(arguments.json)
-    from ..recognition_table import WARM_STARTS
 
     # Every checkpoint is read before the first is measured: a mistyped one shows at once.
     subjects = [_subject(checkpoint, arguments) for checkpoint in arguments.ckpt]
     measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in arguments.task}
     with progress_bar("{task.fields[doing]}") as bar:
-        steps = sum(len(subject.patterns) * len(WARM_STARTS) for subject in subjects)
-        if "reconstruction" in measured:
-            steps += len(subjects)
+        steps = sum(_steps(subject, task) for subject in subjects for task in measured)
         progress = bar.add_task("evaluating", total=steps, doing="")
         for subject in subjects:
             for task, rows in measured.items():
                 bar.update(progress, doing=f"{task} of {subject.facts['checkpoint']}")
-                measure = _reconstruction if task == "reconstruction" else _recognition
                 rows += [
                     subject.facts | row
-                    for row in measure(subject, arguments, lambda: bar.advance(progress))
+                    for row in _MEASURES[task](subject, arguments, lambda: bar.advance(progress))
                 ]
     if "reconstruction" in measured:
         print_table(reconstruction_table(measured["reconstruction"]))
     if "recognition" in measured:
         for table in recognition_tables(measured["recognition"]):
             print_table(table)
+    if "structure" in measured:
+        print_table(structure_table(measured["structure"]))
     if arguments.json is not None:
         write_json(arguments.json, measured)
 
@@ -135,6 +135,16 @@ def _subject(checkpoint: str, arguments: argparse.Namespace) -> _Subject:
 def _draws(arguments: argparse.Namespace) -> range:
     """The seeds of the sets of novel patterns."""
     return range(arguments.seed, arguments.seed + arguments.draws)
+
+
+def _steps(subject: _Subject, task: str) -> int:
+    """How often a measure says that it has come farther."""
+    from ..recognition_table import WARM_STARTS
+    from ..structure import landscape_count
+
+    if task == "recognition":
+        return len(subject.patterns) * len(WARM_STARTS)
+    return landscape_count(len(subject.motions)) if task == "structure" else 1
 
 
 def _reconstruction(
@@ -180,5 +190,20 @@ def _recognition(
         for warm_start in WARM_STARTS
     ]
 
+
+def _structure(
+    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
+) -> list[Row]:
+    """Scale, uncertainty and landscapes of the latent space."""
+    from ..structure import structure
+
+    return [asdict(structure(subject.model, subject.motions, done))]
+
+
+_MEASURES = {
+    "reconstruction": _reconstruction,
+    "recognition": _recognition,
+    "structure": _structure,
+}
 
 COMMAND = Command("evaluate", "Measure checkpoints as the paper does.", add_arguments, run)

@@ -63,6 +63,24 @@ def recognition_tables(rows: Sequence[Row]) -> list[Table]:
     return tables
 
 
+def structure_table(rows: Sequence[Row]) -> Table:
+    """The latent spaces of these checkpoints, one beside the other."""
+    table = _table(
+        "Latent space: standard deviation of the learned mu, mean sigma, and landscapes of every "
+        "third motion, mean / area / roughness",
+        ("sd of mu", "sigma", "window ±1", "window ±0.7 sd"),
+    )
+    for row in rows:
+        windows = (row["landscapes"][window] for window in ("absolute", "sd"))
+        table.add_row(
+            *_facts(row),
+            f"{row['mu_sd']:.2f}",
+            f"{row['sigma']:.3f}",
+            *(f"{w['mean']:.3f} / {w['area']:.3f} / {w['roughness']:.4f}" for w in windows),
+        )
+    return table
+
+
 def _table(title: str, columns: Sequence[str]) -> Table:
     table = Table(title=title)
     for name in ("checkpoint", "behavior", "beta", "D_PB", *columns):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ..landscape import Landscape, landscape
+from ..landscape import WINDOW_RADIUS, Landscape, Window, landscape, window_radius
 from ..model import RNNPB
 from ..motion import Motion
 from .style import TEXT_WIDTH, label_outside, panel_title, use_style
@@ -21,8 +20,6 @@ from .style import TEXT_WIDTH, label_outside, panel_title, use_style
 COLORS = "RdBu"  # perceptual and diverging; blue is alike, red opposite, as in the paper's Fig. 4
 DOTS_PER_INCH = 150
 GRID = 20
-RADIUS = {"absolute": 1.0, "sd": 0.7}  # half of the window: as it is, or of mu's deviation
-Window = Literal["absolute", "sd"]
 
 
 def draw_landscape(
@@ -64,11 +61,10 @@ def landscapes_figure(
         parts = figure.subfigures(len(models), 1, squeeze=False)[:, 0]
         rows: list[Sequence[Axes]] = []
         for letter, (part, (name, model)) in enumerate(zip(parts, models.items(), strict=True)):
-            spread = float(model.mu.detach().std())
-            radius = RADIUS[window] * (spread if window == "sd" else 1.0)
+            radius = window_radius(model, window)
             part.suptitle(
                 f"{panel_title(letter, name, model)}; window ±{radius:.2g}"
-                + (f" = ±{RADIUS['sd']:g} sd of the learned μ" if window == "sd" else "")
+                + (f" = ±{WINDOW_RADIUS['sd']:g} sd of the learned μ" if window == "sd" else "")
                 + "; over each landscape: mean / area / roughness",
                 fontsize=8,
                 x=0.01,

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from rnnpb_explorer.core import RNNPB, load_checkpoint, load_dataset
+from rnnpb_explorer.core import RNNPB, landscape, load_checkpoint, load_dataset
 from rnnpb_explorer.core.checkpoint import read_plain
 from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mean
 from rnnpb_explorer.core.training import Trainer, TrainingConfig, TrainingProgress
@@ -240,6 +240,25 @@ def test_evaluate_reconstruction(rnnpb: Rnnpb) -> None:
         assert (row["motions"], row["samples"], row["seed"]) == (3, 7, 2)
         for words in (f"{mean:.6f} ({sd:.6f})", row["checkpoint"], row["behavior"]):
             assert words in outcome.out
+
+
+def test_evaluate_structure(rnnpb: Rnnpb) -> None:
+    outcome = rnnpb(*EVALUATE, "--task", "structure", "--json", "e.json")
+    assert (outcome.code, outcome.err) == (0, "")
+    written = json.loads(Path("e.json").read_text())
+    assert list(written) == ["structure"]
+    (row,) = written["structure"]
+    mu = rnnpb.model.mu.numpy()
+    assert row["mu_sd"] == pytest.approx(mu.std(), rel=1e-5)
+    assert row["sigma"] == pytest.approx(rnnpb.model.sigma.mean().item(), rel=1e-5)
+    # Of three motions every third is the first.
+    target = load_dataset("data").for_model(rnnpb.model).motions[0].positions
+    for window, radius in (("absolute", 1.0), ("sd", 0.7 * float(mu.std()))):
+        expected = landscape(rnnpb.model, target, mu[0], radius=radius)
+        for name, value in row["landscapes"][window].items():
+            assert value == pytest.approx(getattr(expected, name), abs=1e-5)
+        shown = (expected.mean, expected.area, expected.roughness)
+        assert "{:.3f} / {:.3f} / {:.4f}".format(*shown) in outcome.out
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from PIL import Image
 from rnnpb_explorer.core import RNNPB, RecognitionConfig, RecognitionResult, landscape, recognize
 from rnnpb_explorer.core.figures.components import SAMPLES, components_figure
 from rnnpb_explorer.core.figures.densities import densities_figure
-from rnnpb_explorer.core.figures.landscapes import RADIUS, landscapes_figure
+from rnnpb_explorer.core.figures.landscapes import landscapes_figure
 from rnnpb_explorer.core.figures.recognition import iterations_figure, paths_figure
 from rnnpb_explorer.core.figures.style import write_figure
 from rnnpb_explorer.core.latent_map import LatentMap
@@ -122,7 +122,7 @@ def test_components(tiny_model: RNNPB, deterministic: RNNPB) -> None:
 def test_landscapes(rnnpb: Rnnpb, window: str) -> None:
     model, motions = rnnpb.model, [rnnpb.target(0), rnnpb.target(1)]
     figure = landscapes_figure({"tiny": model}, motions, window)  # type: ignore[arg-type]
-    radius = RADIUS[window] * (model.mu.std().item() if window == "sd" else 1.0)
+    radius = 0.7 * float(model.mu.numpy().std()) if window == "sd" else 1.0
     for index, axes in enumerate(figure.axes[:2]):
         mesh = next(part for part in axes.collections if isinstance(part, QuadMesh))
         expected = landscape(
