@@ -17,6 +17,7 @@ from torch import Tensor
 
 from .batching import chunks
 from .errors import Cancelled, InputError
+from .latent_map import spread
 from .model import RNNPB
 
 COARSE_CELLS = 6  # cells along each axis of the first, coarse stage
@@ -94,7 +95,7 @@ def plane(
 
 def window_radius(model: RNNPB, window: Window) -> float:
     """Half of a window around one of the model's PBs, in units of the PB."""
-    scale = float(model.mu.std(correction=0)) if window == "sd" else 1.0
+    scale = spread(model.mu.detach().cpu()) if window == "sd" else 1.0
     return WINDOW_RADIUS[window] * scale
 
 

@@ -17,6 +17,15 @@ Array = NDArray[np.float64]
 TYPICAL_QUANTILE = 0.95  # of the nearest-neighbour distances among the learned mu
 
 
+def spread(mu: ArrayLike) -> float:
+    """The scale of a latent space: standard deviation of N learned mu (N, D), mean of dimensions.
+
+    1, the prior's sigma, where there is no deviation.
+    """
+    points = np.asarray(mu, dtype=np.float64)
+    return float(points.std(axis=0, ddof=1).mean()) or 1.0 if len(points) > 1 else 1.0
+
+
 @dataclass(frozen=True)
 class LatentMap:
     """PCA of N learned mu of D dimensions; any N and D from 1.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .landscape import WINDOW_RADIUS, Landscape, Window, landscape, window_radius
+from .latent_map import spread
 from .model import RNNPB
 from .motion import Motion
 
@@ -34,7 +35,7 @@ class LandscapeMeans:
 
 @dataclass(frozen=True)
 class Structure:
-    """mu_sd: standard deviation of all the learned mu's components; sigma: their sigma's mean."""
+    """mu_sd: see `spread`; sigma: the mean of all; both in units of the PB."""
 
     mu_sd: float
     sigma: float
@@ -60,7 +61,7 @@ def structure(
 
     chosen = range(0, len(motions), EVERY)
     return Structure(
-        mu_sd=float(model.mu.std(correction=0)),
+        mu_sd=spread(model.mu.detach().cpu()),
         sigma=float(model.sigma.mean()) if model.stochastic else 0.0,
         landscapes={
             window: _means([around(index, window) for index in chosen]) for window in WINDOW_RADIUS

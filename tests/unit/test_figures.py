@@ -122,7 +122,7 @@ def test_components(tiny_model: RNNPB, deterministic: RNNPB) -> None:
 def test_landscapes(rnnpb: Rnnpb, window: str) -> None:
     model, motions = rnnpb.model, [rnnpb.target(0), rnnpb.target(1)]
     figure = landscapes_figure({"tiny": model}, motions, window)  # type: ignore[arg-type]
-    radius = 0.7 * float(model.mu.numpy().std()) if window == "sd" else 1.0
+    radius = 0.7 * float(model.mu.numpy().std(axis=0, ddof=1).mean()) if window == "sd" else 1.0
     for index, axes in enumerate(figure.axes[:2]):
         mesh = next(part for part in axes.collections if isinstance(part, QuadMesh))
         expected = landscape(
