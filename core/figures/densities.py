@@ -36,6 +36,7 @@ def densities_figure(models: Mapping[str, RNNPB], motions: Sequence[str]) -> Fig
                     axes, model.mu[index].detach().numpy(), model.sigma[index].detach().numpy()
                 )
                 axes.set_title(motion, parse_math=False)
+            row[0].set_ylim(bottom=0.0)  # of the whole row, whose highest curve is drawn by now
             label_outside([row], "PB", "density")
     return figure
 
@@ -46,5 +47,4 @@ def draw_densities(axes: Axes, mu: NDArray[np.float32], sigma: NDArray[np.float3
         z = np.linspace(-REACH, REACH, CURVE_POINTS)
         density = np.exp(-0.5 * z**2) / (s * np.sqrt(2 * np.pi))
         axes.plot(m + s * z, density, color=component_color(component), linewidth=0.9)
-    axes.set_ylim(bottom=0.0)
     axes.grid(True)

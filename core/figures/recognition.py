@@ -79,6 +79,7 @@ def _draw_iteration(row: Sequence[Axes], steps: Sequence[RecognitionStep]) -> No
     now = steps[-1]
     numbers = [step.iteration for step in steps]
     draw_densities(row[0], now.mu[0], now.sigma[0])
+    row[0].set_ylim(bottom=0.0)
     for axes, values in (
         (row[1], np.stack([step.mu[0] for step in steps])),
         (row[2], np.stack([step.sigma[0] for step in steps])),

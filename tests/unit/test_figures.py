@@ -90,6 +90,8 @@ def test_densities(tiny_model: RNNPB, deterministic: RNNPB) -> None:
             axes.lines, tiny_model.mu[index], tiny_model.sigma[index], strict=True
         ):
             x, density = np.asarray(line.get_data())
+            assert axes.get_ylim()[0] == 0.0
+            assert axes.get_ylim()[1] > density.max()
             mean = np.trapezoid(x * density, x)
             assert np.trapezoid(density, x) == pytest.approx(1.0, abs=1e-3)
             assert mean == pytest.approx(mu.item(), abs=1e-3)
