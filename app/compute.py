@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from threading import Event
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from ..core.landscape import landscape_stages
 from ..core.model import RNNPB
+from ..core.motion import Motion
 from ..core.recognition import RecognitionConfig, RecognitionStep, recognize
+from ..robot.description import Robot
+from ..robot.export import export_motion
+from ..robot.safety import check_motion, limit_motion
 from . import intents as do
-from .state import ComputedLandscape, RecognitionTrace
+from .state import CheckedMotion, ComputedLandscape, RecognitionTrace
+from .words import export_summary
 
 REST_SECONDS = 0.15  # the complete landscape begins when its slice has rested this long
 
@@ -20,21 +27,49 @@ REST_SECONDS = 0.15  # the complete landscape begins when its slice has rested t
 class Computations:
     """The loaded models and what can be asked of them."""
 
-    def __init__(self, models: tuple[RNNPB, ...]) -> None:
-        self._models = models
+    def __init__(self, models: tuple[RNNPB, ...], robot: Robot) -> None:
+        self._models, self._robot = models, robot
 
     @torch.inference_mode()
     def generate(self, work: do.GenerateWork, cancelled: Event) -> Iterator[do.Intent]:
-        """The motion of a PB; in the same batch the reconstruction that it is compared with."""
+        """The motion of a PB; in the same batch the reconstruction that it is compared with.
+
+        The motion goes out first: what it asks of the robot may come a moment later.
+        """
         model = self._models[work.model]
         pb = torch.as_tensor(work.pb, dtype=torch.float32, device=model.mu.device)[None]
         if work.target is not None:
             positions = model.generate(pb, work.steps)[0].cpu().numpy()
-            yield do.MotionReady(work.model, work.request, positions, work.target)
-            return
-        both = model.generate(torch.cat([pb, model.mu[work.motion][None]]), work.steps)
-        positions, reference = both.cpu().numpy()
+            reference = work.target
+        else:
+            both = model.generate(torch.cat([pb, model.mu[work.motion][None]]), work.steps)
+            positions, reference = both.cpu().numpy()
         yield do.MotionReady(work.model, work.request, positions, reference)
+        yield do.MotionChecked(work.model, self._check(work, positions))
+
+    def _check(self, work: do.GenerateWork, positions: NDArray[np.float32]) -> CheckedMotion:
+        motion = self._motion(work.model, "", positions)
+        report = check_motion(motion, self._robot)
+        limited = limit_motion(motion, self._robot).positions if work.limited else None
+        return CheckedMotion(work.request, report, limited)
+
+    def _motion(self, model: int, name: str, positions: NDArray[np.float32]) -> Motion:
+        info = self._models[model].info
+        return Motion(name, info.joints, positions, info.fps)
+
+    def export(self, work: do.ExportWork, cancelled: Event) -> Iterator[do.Intent]:
+        """The text of a file for a robot, and one line on what is in it."""
+        options = work.options
+        exported = export_motion(
+            self._motion(work.model, work.name, work.positions),
+            self._robot,
+            options.file_format,
+            safe_posture=options.safe_posture,
+            enforce_limits=not options.beyond_limits,
+        )
+        file_name = re.sub(r"[^\w.+-]+", "_", work.name)[:80] + exported.suffix
+        summary = export_summary(file_name, exported, insisted=options.beyond_limits)
+        yield do.ExportReady(work.request, file_name, exported.content, summary)
 
     def landscape(self, work: do.LandscapeWork, cancelled: Event) -> Iterator[do.Intent]:
         """Coarse at once, whatever comes next; complete when the slice has rested for a moment."""

@@ -12,7 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.motion import Motion
-from .state import Array, Colouring, ComputedLandscape, Init, RecognitionTrace, WindowKind
+from .state import (
+    Array,
+    CheckedMotion,
+    Colouring,
+    ComputedLandscape,
+    ExportOptions,
+    EyeTrack,
+    Init,
+    RecognitionTrace,
+    WindowKind,
+)
 
 
 # --- a point of the latent space ---
@@ -151,10 +161,40 @@ class SetUseTarget:
     use_target: bool
 
 
-# --- recognition ---
 @dataclass(frozen=True)
+class SetEyes:
+    """Colour the robot's eyes as the motion's track says, where it has one."""
+
+    eyes: bool
+
+
+# --- the robot ---
+@dataclass(frozen=True)
+class SetSideBySide:
+    """The motion as generated and within the limits, on two robots."""
+
+    side_by_side: bool
+
+
+@dataclass(frozen=True)
+class SetExportOption:
+    name: Literal["file_format", "safe_posture", "beyond_limits"]
+    value: str | bool
+
+
+@dataclass(frozen=True)
+class ExportMotion:
+    """Write the motion on the screen as a file, and hand it to the browser."""
+
+
+# --- recognition ---
+@dataclass(frozen=True, eq=False)
 class SetTarget:
+    """eyes: the colour track that came with the motion. remark: what else is to be known of it."""
+
     motion: Motion
+    eyes: EyeTrack | None = None
+    remark: str = ""
 
 
 @dataclass(frozen=True)
@@ -203,6 +243,20 @@ class MotionReady:
 
 
 @dataclass(frozen=True, eq=False)
+class MotionChecked:
+    model: int
+    checked: CheckedMotion
+
+
+@dataclass(frozen=True)
+class ExportReady:
+    request: int
+    file_name: str
+    content: str
+    summary: str
+
+
+@dataclass(frozen=True, eq=False)
 class LandscapeReady:
     model: int
     landscape: ComputedLandscape
@@ -221,7 +275,7 @@ class RecognitionFinished:
 
 @dataclass(frozen=True)
 class WorkFailed:
-    work: Literal["motion", "landscape", "recognition"]
+    work: Literal["motion", "landscape", "recognition", "export"]
     request: int
     message: str
 
@@ -265,6 +319,10 @@ Intent = (
     | SetColouring
     | SetJoint
     | SetUseTarget
+    | SetEyes
+    | SetSideBySide
+    | SetExportOption
+    | ExportMotion
     | SetTarget
     | RefuseTarget
     | ClearTarget
@@ -273,6 +331,8 @@ Intent = (
     | CancelRecognition
     | ScrubRecognition
     | MotionReady
+    | MotionChecked
+    | ExportReady
     | LandscapeReady
     | RecognitionStepped
     | RecognitionFinished
@@ -291,6 +351,7 @@ class GenerateWork:
     steps: int
     motion: int  # whose reconstruction is the reference where there is no target
     target: NDArray[np.float32] | None  # (T, J) the reference
+    limited: bool = False  # whether the motion within the robot's limits is wanted, too
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,4 +383,21 @@ class CancelRecogniseWork:
     pass
 
 
-Work = GenerateWork | LandscapeWork | RecogniseWork | CancelRecogniseWork
+@dataclass(frozen=True, eq=False)
+class ExportWork:
+    model: int
+    request: int
+    name: str
+    positions: NDArray[np.float32]  # (T, J)
+    options: ExportOptions
+
+
+@dataclass(frozen=True)
+class SendFile:
+    """Hand a file to the browser."""
+
+    file_name: str
+    content: str
+
+
+Work = GenerateWork | LandscapeWork | RecogniseWork | CancelRecogniseWork | ExportWork | SendFile

@@ -19,6 +19,7 @@ from .transitions import (
     remember,
     show_latent,
     stop_recognition,
+    want_motion,
 )
 
 MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out there
@@ -53,6 +54,9 @@ def select_model(facts: Facts, state: AppState, intent: do.SelectModel) -> Updat
         return state, ()
     state, works = stop_recognition(state)
     state = _activate(facts, remember(state, ""), intent.index)
+    if state.side_by_side:
+        state, more = want_motion(facts, state, intent.index)
+        works += more
     state, more = follow_landscape(facts, state, intent.index)
     return state, works + more
 

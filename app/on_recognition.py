@@ -35,6 +35,7 @@ def set_target(facts: Facts, state: AppState, intent: do.SetTarget) -> Update:
     recognition = replace(
         state.recognition,
         target=intent.motion,
+        eyes=intent.eyes,
         status="idle",
         trace=None,
         shown=None,
@@ -43,7 +44,7 @@ def set_target(facts: Facts, state: AppState, intent: do.SetTarget) -> Update:
     )
     state = notify(
         replace(state, recognition=recognition, use_target=True),
-        f"{intent.motion.name}: {len(intent.motion)} frames, ready to recognise",
+        f"{intent.motion.name}: {len(intent.motion)} frames, ready to recognise{intent.remark}",
         good=True,
     )
     state, more = opening_work(facts, state)

@@ -91,6 +91,10 @@ def set_use_target(facts: Facts, state: AppState, intent: do.SetUseTarget) -> Up
     return opening_work(facts, state)
 
 
+def set_eyes(facts: Facts, state: AppState, intent: do.SetEyes) -> Update:
+    return replace(state, eyes=intent.eyes), ()
+
+
 # --- results ---
 def motion_ready(facts: Facts, state: AppState, intent: do.MotionReady) -> Update:
     model = state.models[intent.model]

@@ -12,23 +12,26 @@ from numpy.typing import NDArray
 
 from ..core.motion import Motion, format_motion
 from ..robot.description import Robot
-from ..robot.kinematics import JointPoses, joint_poses
-from ..robot.view import RobotView, setup_stage
+from ..robot.view import setup_stage
 from . import intents as do
 from .boards.landscape_view import LandscapeView
 from .boards.map_view import MapView
 from .panels.explore import ExplorePanel
 from .panels.help import add_help
 from .panels.joints import JointsPanel
-from .panels.playback import PlaybackPanel, frame_of
+from .panels.playback import PlaybackPanel
 from .panels.readout import ReadoutPanel
 from .panels.recognise import RecognisePanel
+from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
+from .robots import Robots
 from .stage import FOV, camera_position, stage_for
-from .state import AppState, GeneratedMotion, ModelFacts, Notice
+from .state import AppState, ModelFacts, Notice
 
 PANEL_WIDTH = 320  # pixels
-NAME_HEIGHT = 1.32  # metres, above Pepper's head
+# Six tabs in one row of so narrow a panel.
+NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
+HEIGHT = 1.27  # metres, Pepper's
 Send = Callable[[do.Intent], None]
 
 
@@ -49,8 +52,6 @@ class Screen:
         self._send = send
         self._shown: AppState | None = None
         self._notice: Notice | None = state.notice
-        self._motions: list[GeneratedMotion | None] = [None] * len(facts)
-        self._poses: list[JointPoses | None] = [None] * len(facts)
         self._go_home = threading.Event()
         self._home: tuple[float, NDArray[np.float64]] | None = None  # aspect, position
         self._build_scene(state)
@@ -63,20 +64,9 @@ class Screen:
     def _build_scene(self, state: AppState) -> None:
         scene = self._client.scene
         setup_stage(scene)
-        self.robots = [
-            RobotView(scene, self._robot, f"/robot-{i}", position=tuple(spot.tolist()))
-            for i, spot in enumerate(self._stage.robots)
-        ]
-        if len(self._facts) > 1:
-            for i, (one, spot) in enumerate(zip(self._facts, self._stage.robots, strict=True)):
-                scene.add_label(
-                    f"/names/{i}",
-                    one.name,
-                    position=(spot[0], spot[1], NAME_HEIGHT),
-                    font_size_mode="scene",
-                    font_scene_height=0.06,
-                    anchor="bottom-center",
-                )
+        self.robots = Robots(
+            scene, self._robot, self._facts, stage_for(len(self._facts) + 1).robots, HEIGHT
+        )
         self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
         self.landscape_board = LandscapeView(
             scene, self._stage.landscape_board, self._facts, state, self._send
@@ -89,6 +79,7 @@ class Screen:
         gui.main_panel.set_width(PANEL_WIDTH)
         with gui.add_folder("Playback"):
             playback = PlaybackPanel(gui, self._facts, self._send)
+            light = SafetyLight(gui, self._facts, self._robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Explore"):
             explore = ExplorePanel(gui, self._facts, self._send)
@@ -97,11 +88,22 @@ class Screen:
             joints = JointsPanel(gui, self._facts, self._send)
         with tabs.add_tab("Recognise"):
             recognise = RecognisePanel(gui, self._facts, self._send)
+        with tabs.add_tab("Robot"):
+            robot = RobotPanel(gui, self._facts, self._robot, self._send)
         with tabs.add_tab("View"):
-            view = ViewPanel(gui, self._facts, self._send, code, self.ask_for_home, self._download)
+            view = ViewPanel(
+                gui,
+                self._facts,
+                self._send,
+                code,
+                self.ask_for_home,
+                self._download,
+                has_eyes=self.robots.have_eyes,
+            )
         with tabs.add_tab("Help"):
             add_help(gui)
-        self._panels = (playback, explore, readout, joints, recognise, view)
+        gui.add_html(NARROW_TABS)
+        self._panels = (playback, light, explore, readout, joints, recognise, robot, view)
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command
@@ -129,25 +131,23 @@ class Screen:
         """Bring everything to a state; only what differs from what stands there is written."""
         self._shown = state
         with self._client.atomic():
-            for index, model in enumerate(state.models):
-                if model.motion is not None:
-                    self._show_robot(index, model.motion, frame_of(state, index))
+            self.robots.show(state)
             self.map_board.show(state)
             self.landscape_board.show(state)
         for panel in self._panels:
             panel.show(state)
         self._show_notice(state.notice)
+        self._fit(state)
         if self._go_home.is_set():
             self._go_home.clear()
             self._reset_camera()
 
-    def _show_robot(self, index: int, motion: GeneratedMotion, frame: int) -> None:
-        poses = self._poses[index]
-        if poses is None or motion is not self._motions[index]:
-            joints = self._facts[index].joints
-            poses = joint_poses(self._robot, joints, motion.positions)
-            self._poses[index], self._motions[index] = poses, motion
-        self.robots[index].show(poses, frame)
+    def _fit(self, state: AppState) -> None:
+        """Have the camera see all robots, where there are more or fewer than before."""
+        robots = len(state.models) + state.side_by_side
+        if robots != len(self._stage.robots):
+            self._stage = stage_for(robots)
+            self.ask_for_home()
 
     def _show_notice(self, notice: Notice | None) -> None:
         if notice is None or notice == self._notice:

@@ -24,9 +24,10 @@ from ..core.errors import InputError
 from ..core.latent_map import LatentMap
 from ..core.model import RNNPB, UNKNOWN_LENGTH
 from ..robot.description import Robot, load_robot, match_joints
+from ..robot.eyes import load_eyes
 from .compute import Computations
 from .session import Session
-from .state import AppState, ModelFacts, initial_state
+from .state import AppState, EyeTrack, ModelFacts, initial_state
 from .statecode import decode
 from .transitions import stop_recognition
 
@@ -58,11 +59,11 @@ class App:
 
     def __init__(self, options: ServerOptions) -> None:
         models = load_models(options)
-        self.facts = describe_models(models, options)
         self.robot = load_robot(options.robot)
+        self.facts = describe_models(models, options)
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
-        self._computations = Computations(models)
+        self._computations = Computations(models, self.robot)
         self._opening = opening_state(self.facts, models[0], options)
         self._kept: OrderedDict[str, AppState] = OrderedDict()
         self._lock = threading.Lock()
@@ -140,8 +141,18 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
 
 def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
     dataset = None if options.data is None else load_dataset(options.data)
+    eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
-    return tuple(_describe(m, name, dataset) for m, name in zip(models, names, strict=True))
+    return tuple(_describe(m, name, dataset, eyes) for m, name in zip(models, names, strict=True))
+
+
+def eye_tracks(data: str) -> dict[str, EyeTrack]:
+    """The eye colours in the data; motions are as good without."""
+    try:
+        return load_eyes(data)
+    except InputError as error:
+        log.warning("no eye colours: %s", error)
+        return {}
 
 
 def model_names(checkpoints: tuple[str, ...]) -> list[str]:
@@ -156,7 +167,9 @@ def model_names(checkpoints: tuple[str, ...]) -> list[str]:
     return names
 
 
-def _describe(model: RNNPB, name: str, dataset: Dataset | None) -> ModelFacts:
+def _describe(
+    model: RNNPB, name: str, dataset: Dataset | None, eyes: dict[str, EyeTrack]
+) -> ModelFacts:
     info, count = model.info, model.config.num_motions
     mu = model.mu.detach().cpu().numpy().astype(np.float64)
     data = {} if dataset is None else {motion.name: motion for motion in dataset.motions}
@@ -184,6 +197,7 @@ def _describe(model: RNNPB, name: str, dataset: Dataset | None) -> ModelFacts:
         labels=labels,
         latent_map=LatentMap.fit(mu),
         data=tuple(m if m is not None and m.joints == info.joints else None for m in matching),
+        eyes=tuple(map(eyes.get, names)) if eyes else (),
     )
 
 

@@ -12,6 +12,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 import viser
@@ -57,6 +58,8 @@ class Session:
         self._motions = Lane("motions", computations.generate, self.send, _failure)
         self._landscapes = Lane("landscapes", computations.landscape, self.send, _failure)
         self._recognitions = Lane("recognitions", computations.recognise, self.send, _failure)
+        self._exports = Lane("exports", computations.export, self.send, _failure)
+        self._lanes = (self._motions, self._landscapes, self._recognitions, self._exports)
         self._robot = robot
         self._closed = False
         self._thread = threading.Thread(
@@ -72,7 +75,7 @@ class Session:
         """End the loop and all work; called when the browser has gone."""
         self._closed = True
         self._queue.put(None)
-        for lane in (self._motions, self._landscapes, self._recognitions):
+        for lane in self._lanes:
             lane.close(timeout=5.0)
         self._keep(self.state)
 
@@ -163,15 +166,23 @@ class Session:
                     self._recognitions.submit(work)
                 case do.CancelRecogniseWork():
                     self._recognitions.cancel()
+                case do.ExportWork():
+                    self._exports.submit(work)
+                case do.SendFile():
+                    self._client.send_file_download(
+                        work.file_name, work.content.encode(), save_immediately=True
+                    )
+
+
+_KINDS: dict[type, Literal["motion", "landscape", "recognition", "export"]] = {
+    do.GenerateWork: "motion",
+    do.LandscapeWork: "landscape",
+    do.RecogniseWork: "recognition",
+    do.ExportWork: "export",
+}
 
 
 def _failure(
-    work: do.GenerateWork | do.LandscapeWork | do.RecogniseWork, message: str
+    work: do.GenerateWork | do.LandscapeWork | do.RecogniseWork | do.ExportWork, message: str
 ) -> do.Intent:
-    match work:
-        case do.GenerateWork():
-            return do.WorkFailed("motion", work.request, message)
-        case do.LandscapeWork():
-            return do.WorkFailed("landscape", work.request, message)
-        case do.RecogniseWork():
-            return do.WorkFailed("recognition", work.request, message)
+    return do.WorkFailed(_KINDS[type(work)], work.request, message)

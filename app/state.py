@@ -17,11 +17,14 @@ from ..core.landscape import Landscape
 from ..core.latent_map import LatentMap
 from ..core.model import MotionLabel
 from ..core.motion import Motion
+from ..robot.export import Format
+from ..robot.safety import SafetyReport
 
 if TYPE_CHECKING:
     from .intents import LandscapeWork
 
 Array = NDArray[np.float64]
+EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 Colouring = Literal["class", "valence", "arousal"]
 WindowKind = Literal["absolute", "sd"]
 RecognitionStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
@@ -44,6 +47,7 @@ class ModelFacts:
     labels: dict[str, MotionLabel]
     latent_map: LatentMap
     data: tuple[Motion | None, ...]  # the training motions, where the app was given them
+    eyes: tuple[EyeTrack | None, ...] = ()  # their eye colours; () where none have any
 
     @property
     def pb_dim(self) -> int:
@@ -78,6 +82,15 @@ class GeneratedMotion:
     request: int
     positions: NDArray[np.float32]  # (T, J)
     reference: NDArray[np.float32]  # (T', J) what it is compared with: the target
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedMotion:
+    """What a generated motion asks of the robot, and the request that generated it."""
+
+    request: int
+    report: SafetyReport
+    limited: NDArray[np.float32] | None  # (T, J) within the limits; where both are to be seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +137,7 @@ class Recognition:
     """The target a person gave, the settings, and the run."""
 
     target: Motion | None = None
+    eyes: EyeTrack | None = None  # that came with the target
     observed: float = 0.8
     init: Init = "learned"
     iterations: int = 100
@@ -145,10 +159,22 @@ class ModelState:
     latent: Latent
     anchor: Array  # (D,) the landscape's middle: the learned mu, or where the puck left the window
     motion: GeneratedMotion | None = None
+    checked: CheckedMotion | None = None
     landscape: ComputedLandscape | None = None
     motion_request: int = 0
     landscape_request: int = 0
     landscape_asked: LandscapeWork | None = None  # the last one, whether it has come or not
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How a motion becomes a file for a robot. `written` says what the last one was."""
+
+    file_format: Format = "csv"
+    safe_posture: bool = False  # start from and return to it
+    beyond_limits: bool = False  # insist on the motion as it was generated
+    request: int = 0
+    written: str = ""
 
 
 @dataclass(frozen=True)
@@ -173,6 +199,9 @@ class AppState:
     window: WindowKind = "absolute"
     colouring: Colouring = "class"
     joint: str = ""  # shown in the Joints panel; "" = those that move most
+    side_by_side: bool = False  # the limited motion on a second robot
+    eyes: bool = True  # colour the eyes where the motion has a track for them
+    export: ExportOptions = field(default_factory=ExportOptions)
     use_target: bool = True  # the landscape compares with an uploaded motion where there is one
     seed: int = 0
     draws: int = 0  # random draws so far; with the seed, what the next draw will be

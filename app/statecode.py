@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError
+from ..robot.export import FORMATS
 from . import intents as do
 from .on_latent import MAX_MU, MAX_SIGMA
 from .on_view import MAX_SPEED, MIN_SPEED
 from .slices import drawable_axes
-from .state import AppState, Latent, ModelFacts, Playback
+from .state import AppState, ExportOptions, Latent, ModelFacts, Playback
 from .transitions import Facts, Update, notify, opening_work, put_model, remember, stop_recognition
 
 PREFIX = "rnnpb1-"
@@ -31,7 +32,11 @@ MAX_COUNT = 2**32 - 1
 
 
 def encode(facts: Facts, state: AppState) -> str:
-    """The state code of a screen. An uploaded motion and a running recognition are not in it."""
+    """The state code of a screen.
+
+    An uploaded motion and a running recognition are not in it, nor that somebody insisted on an
+    export beyond the limits: that is for each one to say.
+    """
     content = {
         "models": [
             {
@@ -56,6 +61,9 @@ def encode(facts: Facts, state: AppState) -> str:
         "window": state.window,
         "colouring": state.colouring,
         "joint": state.joint,
+        "side_by_side": state.side_by_side,
+        "eyes": state.eyes,
+        "export": [state.export.file_format, state.export.safe_posture],
         "draws": state.draws,
         "seed": state.seed,
     }
@@ -104,6 +112,9 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
                 else "class"
             ),
             joint=content["joint"] if content["joint"] in facts[active].joints else "",
+            side_by_side=content.get("side_by_side") is True,
+            eyes=content.get("eyes") is not False,
+            export=_export(state.export, content.get("export")),
             draws=int(_number(content["draws"], 0, MAX_COUNT)),
             seed=int(_number(content["seed"], 0, MAX_COUNT)),
         )
@@ -153,6 +164,14 @@ def _latent(facts: ModelFacts, saved: dict[str, Any]) -> Latent:
         sigma=_vector(saved["sigma"], facts.pb_dim, 0.0, MAX_SIGMA),
         epsilon=_vector(saved["epsilon"], facts.pb_dim, -10.0, 10.0),
     )
+
+
+def _export(known: ExportOptions, saved: Any) -> ExportOptions:
+    """Codes of before there was an export have nothing of it."""
+    if saved is None:
+        return known
+    file_format, safe_posture = saved
+    return ExportOptions(file_format if file_format in FORMATS else "csv", bool(safe_posture))
 
 
 def _number(value: float, low: float, high: float) -> float:

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.motion import Motion
 from . import intents as do
 from .slices import inside_window, landscape_slice
-from .state import AppState, Array, Latent, ModelFacts, ModelState, Moment, Notice
+from .state import AppState, Array, EyeTrack, Latent, ModelFacts, ModelState, Moment, Notice
 
 Facts = tuple[ModelFacts, ...]
 Update = tuple[AppState, tuple[do.Work, ...]]
@@ -27,13 +28,26 @@ def opening_work(facts: Facts, state: AppState) -> Update:
     return state, works
 
 
+def given_target(facts: Facts, state: AppState, index: int) -> Motion | None:
+    """The motion that a person gave, where a model is compared with it."""
+    target = state.recognition.target
+    used = target is not None and state.use_target and target.joints == facts[index].joints
+    return target if used else None
+
+
 def target_of(facts: Facts, state: AppState, index: int) -> NDArray[np.float32] | None:
     """(T, J) what a model's motion is compared with; None = its own reconstruction."""
-    target = state.recognition.target
-    if target is not None and state.use_target and target.joints == facts[index].joints:
-        return target.positions
-    data = facts[index].data[state.models[index].latent.motion]
+    target = given_target(facts, state, index)
+    data = facts[index].data[state.models[index].latent.motion] if target is None else target
     return None if data is None else data.positions
+
+
+def eyes_of(facts: Facts, state: AppState, index: int) -> EyeTrack | None:
+    """The eye colours that came with what a model's motion is compared with."""
+    if given_target(facts, state, index) is not None:
+        return state.recognition.eyes
+    tracks = facts[index].eyes
+    return tracks[state.models[index].latent.motion] if tracks else None
 
 
 def want_motion(facts: Facts, state: AppState, index: int) -> Update:
@@ -45,7 +59,15 @@ def want_motion(facts: Facts, state: AppState, index: int) -> Update:
         put_model(state, index, replace(model, motion_request=request)), requests=request
     )
     return state, (
-        do.GenerateWork(index, request, model.latent.pb, steps, model.latent.motion, target),
+        do.GenerateWork(
+            index,
+            request,
+            model.latent.pb,
+            steps,
+            model.latent.motion,
+            target,
+            limited=state.side_by_side and index == state.active,
+        ),
     )
 
 

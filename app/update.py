@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from . import intents as do
-from . import on_latent, on_recognition, on_view
+from . import on_latent, on_recognition, on_robot, on_view
 from .state import AppState
 from .statecode import restore
 from .transitions import Facts, Update
@@ -41,6 +41,10 @@ _HANDLERS: dict[type, Callable[[Facts, AppState, Any], Update]] = {
     do.SetColouring: on_view.set_colouring,
     do.SetJoint: on_view.set_joint,
     do.SetUseTarget: on_view.set_use_target,
+    do.SetEyes: on_view.set_eyes,
+    do.SetSideBySide: on_robot.set_side_by_side,
+    do.SetExportOption: on_robot.set_export_option,
+    do.ExportMotion: on_robot.export_motion,
     do.SetTarget: on_recognition.set_target,
     do.RefuseTarget: on_recognition.refuse_target,
     do.ClearTarget: on_recognition.clear_target,
@@ -51,6 +55,8 @@ _HANDLERS: dict[type, Callable[[Facts, AppState, Any], Update]] = {
     do.RecognitionStepped: on_recognition.stepped,
     do.RecognitionFinished: on_recognition.finished,
     do.MotionReady: on_view.motion_ready,
+    do.MotionChecked: on_robot.motion_checked,
+    do.ExportReady: on_robot.export_ready,
     do.LandscapeReady: on_view.landscape_ready,
     do.WorkFailed: on_recognition.failed,
     do.RestoreCode: restore,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core.csv_table import CsvTable, Row, read_csv_bytes
 from ..core.data import MAX_DATA_BYTES, MIRROR_SUFFIX
 from ..core.errors import InputError
+from ..core.motion import MAX_CSV_BYTES
 
 LEDS = 8  # an eye
 EYE_COLUMNS = tuple(f"{side}{led}{c}" for side in "RL" for led in range(LEDS) for c in "RGB")
@@ -35,6 +36,27 @@ def parse_eye_colors(content: bytes, source: str = "the file") -> NDArray[np.flo
         return None
     columns = table.columns(EYE_COLUMNS)
     return _track([_intensities(table, row, columns) for row in table])
+
+
+def load_eyes(path: str | Path) -> dict[str, NDArray[np.float32]]:
+    """The eye colours of the motions that `core.data.load_dataset` finds at a path.
+
+    Returns:
+        motion name -> (T, 2, 8, 3), of those that have LED columns.
+
+    Raises:
+        InputError: as `parse_eye_colors`.
+    """
+    path = Path(path)
+    for folder in (path, path / "original_animations"):
+        if path.is_file() or (folder / "data_raw.csv").is_file():
+            return load_rebl_pepper_eyes(folder)
+    tracks = {}
+    for file in sorted(path.glob("*.csv")):
+        track = parse_eye_colors(read_csv_bytes(file, MAX_CSV_BYTES), file.name)
+        if track is not None:
+            tracks[file.stem] = track
+    return tracks
 
 
 def load_rebl_pepper_eyes(path: str | Path) -> dict[str, NDArray[np.float32]]:

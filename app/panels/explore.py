@@ -141,7 +141,7 @@ class ExplorePanel:
         if not facts.stochastic:
             lines.append("*Deterministic model: PB = μ, there is no σ.*")
         elif not latent.epsilon.any():
-            lines.append("ε = 0: the motion at μ. **New** draws a sample; σ then spreads it.")
+            lines.append("ε = 0: the motion at μ itself.")
         else:
             noise = ", ".join(f"{value:+.2f}" for value in latent.epsilon[:PAGE])
             lines.append(f"ε = ({noise}{', …' if facts.pb_dim > PAGE else ''})")

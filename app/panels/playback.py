@@ -64,6 +64,9 @@ class PlaybackPanel:
 def frame_of(state: AppState, model: int | None = None) -> int:
     """The frame that playback stands at, of the active model's motion or of another's."""
     motion = state.models[state.active if model is None else model].motion
-    if motion is None:
-        return 0
-    return round(state.playback.phase * (len(motion.positions) - 1))
+    return 0 if motion is None else frame_at(state, len(motion.positions))
+
+
+def frame_at(state: AppState, frames: int) -> int:
+    """The frame that playback stands at, of anything that goes with the motion."""
+    return round(state.playback.phase * (frames - 1))

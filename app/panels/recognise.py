@@ -9,10 +9,9 @@ from importlib.resources.abc import Traversable
 import numpy as np
 import viser
 
-from ...core.errors import InputError
-from ...core.motion import MAX_CSV_BYTES, Motion, parse_motion
 from .. import intents as do
 from ..state import AppState, ModelFacts, Recognition, RecognitionTrace
+from ..uploads import read_upload
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
@@ -32,7 +31,10 @@ class RecognisePanel:
         self._facts, self._send = facts, send
         self._active = 0
         self._upload = gui.add_upload_button(
-            "Upload CSV", icon=viser.Icon.UPLOAD, mime_type=".csv,text/csv,text/plain"
+            "Upload a motion",
+            icon=viser.Icon.UPLOAD,
+            hint="CSV, or what was exported as JSON or NAOqi script",
+            mime_type=".csv,.json,.py,text/csv,text/plain",
         )
         self._upload.on_upload(self._uploaded)
         self._examples = example_files()
@@ -174,19 +176,6 @@ class RecognisePanel:
         for name, value in values.items():
             if getattr(handle, name) != value:
                 setattr(handle, name, value)
-
-
-def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
-    """An uploaded file as a target, or the reason why it is none."""
-    if len(content) > MAX_CSV_BYTES:
-        return do.RefuseTarget(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB")
-    stem = "".join(c for c in name if c.isprintable()).removesuffix(".csv")[:76] or "upload"
-    label = f"{stem}.csv"
-    try:
-        motion: Motion = parse_motion(content, facts.joints, name=stem, source=label, fps=facts.fps)
-    except InputError as error:
-        return do.RefuseTarget(str(error))
-    return do.SetTarget(motion)
 
 
 def example_files() -> dict[str, Traversable]:

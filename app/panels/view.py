@@ -9,6 +9,7 @@ import viser
 
 from .. import intents as do
 from ..state import AppState, Colouring, ModelFacts, WindowKind
+from ..transitions import eyes_of
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
@@ -37,6 +38,8 @@ class ViewPanel:
         code: Callable[[], str],
         reset_camera: Callable[[], None],
         download: Callable[[], None],
+        *,
+        has_eyes: bool = False,
     ) -> None:
         self._facts, self._send, self._code = facts, send, code
         with gui.add_folder("PB map"):
@@ -65,6 +68,13 @@ class ViewPanel:
                 ),
                 lambda value: send(do.SetUseTarget(value)),
             )
+        self._has_eyes = has_eyes
+        self._eyes = Bound(
+            gui.add_checkbox(
+                "Eye colours", True, visible=False, hint="the LEDs as recorded with the motion"
+            ),
+            lambda value: send(do.SetEyes(value)),
+        )
         on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
         on_click(gui.add_button("Download the motion (CSV)", icon=viser.Icon.DOWNLOAD), download)
         with gui.add_folder("State code"):
@@ -91,6 +101,10 @@ class ViewPanel:
         self._map_axes.show(shown[0])
         self._axes.show(shown[1])
         self._use_target.show(state.use_target)
+        self._eyes.show(state.eyes)
+        track = self._has_eyes and eyes_of(self._facts, state, state.active) is not None
+        if self._eyes.handle.visible != track:
+            self._eyes.handle.visible = track
 
     @staticmethod
     def _options(bound: Bound, options: list[str], shown: str) -> None:

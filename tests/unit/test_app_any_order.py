@@ -57,6 +57,9 @@ intents = st.one_of(
     st.builds(do.SetLoop, st.booleans()),
     st.builds(do.SetSpeed, st.floats(-1, 9)),
     st.builds(do.SetUseTarget, st.booleans()),
+    st.builds(do.SetSideBySide, st.booleans()),
+    st.builds(do.SetEyes, st.booleans()),
+    st.builds(do.SetExportOption, st.just("file_format"), st.sampled_from(["json", "bvh"])),
     st.builds(do.SetTarget, targets),
     st.builds(do.RefuseTarget, st.text(max_size=5)),
     st.builds(do.ScrubRecognition, index, index),
@@ -69,6 +72,7 @@ intents = st.one_of(
         [
             *(do.ResetLatent(), do.RandomiseLatent(), do.NewNoise(), do.ClearNoise()),
             *(do.Undo(), do.Redo(), do.TogglePlaying(), do.SetPlaying(True)),
+            do.ExportMotion(),
             *(do.StartRecognition(), do.CancelRecognition(), do.ClearTarget()),
         ]
     ),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event
 
 import numpy as np
@@ -13,7 +15,7 @@ import torch
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.compute import Computations
 from rnnpb_explorer.app.server import ServerOptions, describe_models
-from rnnpb_explorer.app.state import AppState, ModelFacts, initial_state
+from rnnpb_explorer.app.state import AppState, ExportOptions, ModelFacts, initial_state
 from rnnpb_explorer.app.transitions import opening_work
 from rnnpb_explorer.app.update import update
 from rnnpb_explorer.core.errors import InputError
@@ -21,6 +23,14 @@ from rnnpb_explorer.core.landscape import landscape
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.core.recognition import RecognitionConfig, recognize
+from rnnpb_explorer.robot.description import load_robot
+from rnnpb_explorer.robot.importing import import_motion
+from rnnpb_explorer.robot.safety import check_motion
+
+from .arm import write_arm
+
+with TemporaryDirectory() as folder:
+    ARM = load_robot(str(write_arm(Path(folder))))
 
 
 class Undisturbed(Event):
@@ -80,7 +90,7 @@ def recognise_work(model: RNNPB, **changes: object) -> do.RecogniseWork:
 
 # --- motions ---
 def test_a_motion_and_the_reconstruction_that_it_is_compared_with(tiny_model: RNNPB) -> None:
-    (ready,) = Computations((tiny_model,)).generate(motion_work(), Event())
+    ready, _ = Computations((tiny_model,), ARM).generate(motion_work(), Event())
     assert isinstance(ready, do.MotionReady)
     assert (ready.model, ready.request) == (0, 7)
     expected = tiny_model.generate(torch.tensor([[0.1, -0.2, 0.3]]), 12)[0].numpy()
@@ -94,24 +104,67 @@ def test_a_motion_and_the_reconstruction_that_it_is_compared_with(tiny_model: RN
 def test_a_target_is_its_own_reference(tiny_model: RNNPB) -> None:
     target = np.ones((9, 5), dtype=np.float32)
     work = motion_work(target=target, steps=9)
-    (ready,) = Computations((tiny_model,)).generate(work, Event())
+    ready, _ = Computations((tiny_model,), ARM).generate(work, Event())
     assert isinstance(ready, do.MotionReady)
     assert ready.reference is target
     assert ready.positions.shape == (9, 5)
 
 
 def test_each_work_names_its_model(tiny_model: RNNPB) -> None:
-    computations = Computations((tiny_model, one_dimensional()))
+    computations = Computations((tiny_model, one_dimensional()), ARM)
     work = motion_work(model=1, pb=np.array([0.5]))
-    (ready,) = computations.generate(work, Event())
+    ready, _ = computations.generate(work, Event())
     assert isinstance(ready, do.MotionReady)
     assert ready.model == 1
     assert ready.positions.shape == (12, 2)
 
 
+def wild() -> np.ndarray:
+    """(12, 5) that break limits of the arm."""
+    return np.linspace(0, 4, 60, dtype=np.float32).reshape(12, 5)
+
+
+def test_after_a_motion_comes_what_it_asks_of_the_robot(tiny_model: RNNPB) -> None:
+    """The motion itself never waits for it; it is limited only where that is to be seen."""
+    for limited in (False, True):
+        far = motion_work(pb=np.array([4.0, -4.0, 4.0]), limited=limited)
+        ready, checked = Computations((tiny_model,), ARM).generate(far, Event())
+        assert isinstance(ready, do.MotionReady)
+        assert isinstance(checked, do.MotionChecked)
+        assert (checked.model, checked.checked.request) == (0, 7)
+        motion = Motion("", tiny_model.info.joints, ready.positions, tiny_model.info.fps)
+        assert checked.checked.report == check_motion(motion, ARM)
+        assert checked.checked.report.unchecked == ("e",)
+        positions = checked.checked.limited
+        assert (positions is not None) == limited
+        if positions is not None:
+            assert check_motion(replace(motion, positions=positions), ARM).light == "green"
+
+
+@pytest.mark.parametrize("beyond", [False, True])
+def test_an_export_is_within_the_limits_unless_one_insists(tiny_model: RNNPB, beyond: bool) -> None:
+    options = ExportOptions("json", beyond_limits=beyond)
+    work = do.ExportWork(0, 5, "wave ../../tiny", wild(), options)
+    (ready,) = Computations((tiny_model,), ARM).export(work, Event())
+    assert isinstance(ready, do.ExportReady)
+    assert (ready.request, ready.file_name) == (5, "wave_.._.._tiny.json")
+    motion = import_motion(
+        ready.content.encode(), ".json", ("a", "b", "c"), name="", source="x", fps=20.0
+    )
+    assert (check_motion(motion, ARM).light == "green") != beyond
+    assert ("beyond the limits" in ready.summary) == beyond
+    assert ("limited: " in ready.summary) != beyond
+
+
+def test_a_robot_without_naoqi_gets_no_script(tiny_model: RNNPB) -> None:
+    work = do.ExportWork(0, 5, "wave", wild(), ExportOptions("naoqi"))
+    with pytest.raises(InputError, match="NAOqi on Pepper has no joint a"):
+        list(Computations((tiny_model,), ARM).export(work, Event()))
+
+
 # --- landscapes ---
 def test_a_landscape_comes_coarse_and_then_complete(tiny_model: RNNPB) -> None:
-    computations = Computations((tiny_model,))
+    computations = Computations((tiny_model,), ARM)
     stages = list(computations.landscape(landscape_work(), Undisturbed()))
     assert all(isinstance(stage, do.LandscapeReady) for stage in stages)
     coarse, complete = (stage.landscape for stage in stages if isinstance(stage, do.LandscapeReady))
@@ -127,7 +180,7 @@ def test_a_landscape_comes_coarse_and_then_complete(tiny_model: RNNPB) -> None:
 def test_the_landscape_of_a_target_is_compared_with_it(tiny_model: RNNPB) -> None:
     target = tiny_model.reconstruct(2).numpy()
     work = landscape_work(target=target)
-    *_, last = Computations((tiny_model,)).landscape(work, Undisturbed())
+    *_, last = Computations((tiny_model,), ARM).landscape(work, Undisturbed())
     assert isinstance(last, do.LandscapeReady)
     expected = landscape(tiny_model, target, work.center, axes=(0, 1))
     np.testing.assert_allclose(last.landscape.values.correlation, expected.correlation, atol=1e-6)
@@ -135,7 +188,7 @@ def test_the_landscape_of_a_target_is_compared_with_it(tiny_model: RNNPB) -> Non
 
 def test_the_axes_count_from_where_they_are_zero(tiny_model: RNNPB) -> None:
     work = landscape_work(zero=np.array([1.0, 2.0, 3.0]), radius=0.5)
-    *_, last = Computations((tiny_model,)).landscape(work, Undisturbed())
+    *_, last = Computations((tiny_model,), ARM).landscape(work, Undisturbed())
     assert isinstance(last, do.LandscapeReady)
     np.testing.assert_allclose(last.landscape.values.x, -0.9 + np.linspace(-0.5, 0.5, 20))
     np.testing.assert_allclose(last.landscape.values.y, -2.2 + np.linspace(-0.5, 0.5, 20))
@@ -143,14 +196,14 @@ def test_the_axes_count_from_where_they_are_zero(tiny_model: RNNPB) -> None:
 
 def test_one_dimension_has_a_line_for_a_landscape() -> None:
     work = landscape_work(center=np.array([0.2]), directions=np.eye(1), zero=np.zeros(1), motion=0)
-    *_, last = Computations((one_dimensional(),)).landscape(work, Undisturbed())
+    *_, last = Computations((one_dimensional(),), ARM).landscape(work, Undisturbed())
     assert isinstance(last, do.LandscapeReady)
     assert last.landscape.values.correlation.shape == (1, 20)
 
 
 def test_newer_work_gets_the_coarse_landscape_and_no_more(tiny_model: RNNPB) -> None:
     """A drag brings newer work all the time; without the coarse stage nothing would ever show."""
-    stages = list(Computations((tiny_model,)).landscape(landscape_work(), set_event()))
+    stages = list(Computations((tiny_model,), ARM).landscape(landscape_work(), set_event()))
     assert len(stages) == 1
     assert isinstance(stages[0], do.LandscapeReady)
     assert not stages[0].landscape.values.complete
@@ -160,7 +213,7 @@ def test_newer_work_that_comes_in_the_rest_stops_the_complete_landscape(
     tiny_model: RNNPB,
 ) -> None:
     cancelled = Event()
-    stages = Computations((tiny_model,)).landscape(landscape_work(), cancelled)
+    stages = Computations((tiny_model,), ARM).landscape(landscape_work(), cancelled)
     assert next(stages) is not None
     cancelled.set()
     assert list(stages) == []
@@ -168,7 +221,7 @@ def test_newer_work_that_comes_in_the_rest_stops_the_complete_landscape(
 
 # --- recognition ---
 def test_every_iteration_is_reported_and_then_the_end(tiny_model: RNNPB) -> None:
-    computations = Computations((tiny_model,))
+    computations = Computations((tiny_model,), ARM)
     *steps, end = computations.recognise(recognise_work(tiny_model), Event())
     assert end == do.RecognitionFinished(9)
     traces = [step.trace for step in steps if isinstance(step, do.RecognitionStepped)]
@@ -184,7 +237,7 @@ def test_every_iteration_is_reported_and_then_the_end(tiny_model: RNNPB) -> None
 
 def test_the_trace_is_what_core_recognises(tiny_model: RNNPB) -> None:
     work = recognise_work(tiny_model)
-    *_, stepped, _ = Computations((tiny_model,)).recognise(work, Event())
+    *_, stepped, _ = Computations((tiny_model,), ARM).recognise(work, Event())
     assert isinstance(stepped, do.RecognitionStepped)
     config = RecognitionConfig(init="baseline", observed=0.7, iterations=4, trials=2, seed=3)
     steps = list(recognize(tiny_model, work.target, config))
@@ -199,7 +252,7 @@ def test_the_trace_is_what_core_recognises(tiny_model: RNNPB) -> None:
 
 def test_a_cancelled_recognition_ends_without_an_end(tiny_model: RNNPB) -> None:
     cancelled = Event()
-    steps = Computations((tiny_model,)).recognise(recognise_work(tiny_model), cancelled)
+    steps = Computations((tiny_model,), ARM).recognise(recognise_work(tiny_model), cancelled)
     assert isinstance(next(steps), do.RecognitionStepped)
     cancelled.set()
     assert list(steps) == []
@@ -208,7 +261,7 @@ def test_a_cancelled_recognition_ends_without_an_end(tiny_model: RNNPB) -> None:
 def test_a_target_too_short_to_observe_is_bad_input(tiny_model: RNNPB) -> None:
     work = recognise_work(tiny_model, target=np.zeros((2, 5), np.float32), observed=0.1)
     with pytest.raises(InputError):
-        list(Computations((tiny_model,)).recognise(work, Event()))
+        list(Computations((tiny_model,), ARM).recognise(work, Event()))
 
 
 # --- state, computation and state again ---
@@ -216,7 +269,7 @@ def settle(
     facts: tuple[ModelFacts, ...], model: RNNPB, state: AppState, works: tuple[do.Work, ...]
 ) -> AppState:
     """Do all work and what it leads to, as the session does with its lanes."""
-    computations = Computations((model,))
+    computations = Computations((model,), ARM)
     while works:
         work, *rest = works
         works = tuple(rest)

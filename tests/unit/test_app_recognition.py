@@ -9,9 +9,10 @@ import pytest
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.on_recognition import MAX_ITERATIONS, MAX_TRIALS
-from rnnpb_explorer.app.panels.recognise import read_upload, status_line
+from rnnpb_explorer.app.panels.recognise import status_line
 from rnnpb_explorer.app.state import AppState
 from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.uploads import read_upload
 from rnnpb_explorer.core.motion import MAX_CSV_BYTES, format_motion
 
 from .app_states import (

@@ -96,7 +96,7 @@ def shown(app: App, state: AppState) -> list[str]:
 
 
 def upload(browser: WireBrowser, motion: Motion, name: str = "mine.csv") -> None:
-    browser.upload("Upload CSV", name, format_motion(motion).encode())
+    browser.upload("Upload a motion", name, format_motion(motion).encode())
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ def test_a_failed_upload_leaves_the_target_and_the_session(
     upload(browser, target)
     until(session, lambda state: state.recognition.target is not None)
     kept = session.state.recognition.target
-    browser.upload("Upload CSV", "bad.csv", b"HeadYaw,HeadPitch\n1,2\n")
+    browser.upload("Upload a motion", "bad.csv", b"HeadYaw,HeadPitch\n1,2\n")
     browser.wait_for(lambda: any("bad.csv" in notice for notice in browser.notices))
     assert session.state.recognition.target is kept
     browser.set("μ 1", 0.25)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.slices import drawable_axes
-from rnnpb_explorer.app.state import AppState, Playback, initial_state
+from rnnpb_explorer.app.state import AppState, ExportOptions, Playback, initial_state
 from rnnpb_explorer.app.statecode import PREFIX, decode, encode
 from rnnpb_explorer.app.transitions import Facts, opening_work
 from rnnpb_explorer.app.update import update
@@ -45,6 +45,10 @@ BUSY = (
     do.SetJoint("c"),
     do.SetSpeed(0.3),
     do.SetLoop(False),
+    do.SetSideBySide(True),
+    do.SetEyes(False),
+    do.SetExportOption("file_format", "naoqi"),
+    do.SetExportOption("safe_posture", True),
     do.Tick(0.2),
 )
 
@@ -273,7 +277,33 @@ def test_a_model_out_of_place_is_refused(key: str, value: object) -> None:
     assert_harmless(pack(content))
 
 
-@pytest.mark.parametrize("key", list(unpack(CODE)))
+LATER = ("side_by_side", "eyes", "export")  # than the first codes
+
+
+def test_a_code_of_before_there_was_an_export_opens() -> None:
+    content = {key: value for key, value in unpack(CODE).items() if key not in LATER}
+    state = decode(FACTS, open_screen(), pack(content))
+    assert (state.side_by_side, state.eyes, state.export) == (False, True, ExportOptions())
+
+
+def test_nobody_insists_for_another() -> None:
+    state = after(FACTS, open_screen(), do.SetExportOption("beyond_limits", True))
+    assert not decode(FACTS, open_screen(), encode(FACTS, state)).export.beyond_limits
+
+
+@pytest.mark.parametrize("export", [["bvh", True], [[], 1], [None, None]])
+def test_a_format_that_there_is_not_gives_way_to_csv(export: object) -> None:
+    state = decode(FACTS, open_screen(), pack({**unpack(CODE), "export": export}))
+    assert state.export.file_format == "csv"
+
+
+@pytest.mark.parametrize("export", [7, "x", [], ["csv"], {}])
+def test_an_export_out_of_shape_is_refused(export: object) -> None:
+    with pytest.raises(InputError):
+        decode(FACTS, open_screen(), pack({**unpack(CODE), "export": export}))
+
+
+@pytest.mark.parametrize("key", [key for key in unpack(CODE) if key not in LATER])
 def test_nothing_may_be_missing(key: str) -> None:
     content = unpack(CODE)
     del content[key]
