@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import data, evaluate, generate, info, landscape, recognize, train
+from . import data, evaluate, figures, generate, info, landscape, recognize, sweep, train
 
 COMMANDS = (
     info.COMMAND,
@@ -11,5 +11,7 @@ COMMANDS = (
     recognize.COMMAND,
     train.COMMAND,
     evaluate.COMMAND,
+    sweep.COMMAND,
+    figures.COMMAND,
     data.COMMAND,
 )
