@@ -34,11 +34,14 @@ class TrainingConfig:
     seed: int = 0
     recurrent_rate: float = 0.05  # Muon's, of the recurrent weights: spectral norm of one step
     learning_rate: float = 0.01  # Adam's, of the other weights
-    pb_rate_factor: float = 2.0  # PB parameters learn this much faster,
-    deterministic_pb_rate_factor: float = 0.5  # and without noise slower: they stay close together
+    pb_rate_factor: float = 2.0  # mu learns this much faster,
+    deterministic_pb_rate_factor: float = (
+        0.5  # and without noise slower: the mu stay close together
+    )
+    sigma_rate_factor: float = 2.0  # log sigma^2
     momentum: float = 0.95  # Muon's
     beta2: float = 0.98  # Adam's
-    max_gradient_norm: float = 1.0
+    max_gradient_norm: float = 1.0  # of the network's weights
     warm_up_epochs: int = 50
     max_bucket_padding: float = 0.05  # frames of padding a bucket may hold, as a share
 
@@ -103,16 +106,17 @@ class Trainer:
         self._buckets = _make_buckets(dataset, training.max_bucket_padding, device)
         self._frames = sum(len(motion) for motion in dataset.motions)
         model = self.model
-        pbs = [model.mu, model.log_var] if model.stochastic else [model.mu]
         others = [p for p in model.network_parameters() if p is not model.weight_hidden]
         rate = training.learning_rate
         factor = training.pb_rate_factor
         if not model.stochastic:
             factor = training.deterministic_pb_rate_factor
         groups: list[dict[str, Any]] = [
-            {"params": pbs, "lr": rate * factor},
+            {"params": [model.mu], "lr": rate * factor},
             {"params": others},
         ]
+        if model.stochastic:
+            groups.append({"params": [model.log_var], "lr": rate * training.sigma_rate_factor})
         self._optimizers: dict[str, torch.optim.Optimizer] = {
             "adam": torch.optim.Adam(groups, rate, (0.9, training.beta2)),
             "muon": Muon([model.weight_hidden], training.recurrent_rate, training.momentum, GATES),
@@ -159,8 +163,10 @@ class Trainer:
         leaf = pb.detach().requires_grad_()
         squared_error = self._backward_error(leaf)
         pb.backward(leaf.grad)
+        # A PB's gradient is its own motion's. If it were clipped, too, the rare large ones of far
+        # samples would count for too little against the KL term, and sigma would grow.
         limit = self.training.max_gradient_norm
-        norm = torch.nn.utils.clip_grad_norm_(model.parameters(), limit)
+        norm = torch.nn.utils.clip_grad_norm_(model.network_parameters(), limit)
         for name, optimizer in self._optimizers.items():
             # A closed loop can amplify a sample's gradient beyond any number; that epoch is lost,
             # the run is not.

@@ -9,7 +9,7 @@ import shlex
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -25,12 +25,16 @@ if TYPE_CHECKING:
     from ..training import Trainer, TrainingConfig, TrainingProgress
 
 SAVE_EVERY = 120.0  # seconds between saves of the resumable state: what a power cut may cost
-METRIC_SAMPLES = 100  # PBs a motion, as in Table I
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     # No defaults here: --resume must know which flags were given.
     add_data(parser, required=True)
+    parser.add_argument(
+        "--recipe",
+        choices=("strong", "weak", "zero", "deterministic"),
+        help="train as the shipped checkpoint of that name was; other flags change it",
+    )
     parser.add_argument(
         "--behavior", choices=("stochastic", "deterministic"), help="default: stochastic"
     )
@@ -102,16 +106,23 @@ def _given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
 def _recipe(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]:
     """What the flags of a fresh run ask for."""
     from ..model import ModelConfig
+    from ..recipes import RECIPES, Recipe
     from ..training import TrainingConfig
 
-    sizes = _given(arguments, "pb_dim", "hidden_size")
+    recipe = Recipe(ModelConfig(), TrainingConfig())
+    if arguments.recipe is not None:
+        recipe = RECIPES[arguments.recipe]
+        for flag in _given(arguments, "behavior", "beta"):
+            raise InputError(f"--{flag}: --recipe {arguments.recipe} decides that; leave it out")
+    config = replace(recipe.model, **_given(arguments, "pb_dim", "hidden_size"))
     if arguments.behavior == "deterministic":
         if arguments.beta is not None:
             raise InputError("--beta: a deterministic model has no KL term; leave the flag out")
-        config = ModelConfig(behavior="deterministic", beta=None, **sizes)
-    else:
-        config = ModelConfig(**_given(arguments, "beta"), **sizes)
-    return config, TrainingConfig(**_given(arguments, "epochs", "samples", "seed"))
+        config = replace(config, behavior="deterministic", beta=None)
+    elif arguments.beta is not None:
+        config = replace(config, beta=arguments.beta)
+    training = replace(recipe.training, **_given(arguments, "epochs", "samples", "seed"))
+    return config, training
 
 
 def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]:
@@ -123,6 +134,8 @@ def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig
     from ..checkpoint import load_checkpoint
     from ..training import TrainingConfig
 
+    if arguments.recipe is not None:
+        raise InputError("--recipe: the run in --resume has its own; leave the flag out")
     path = Path(arguments.resume)
     config = load_checkpoint(path).config
     try:
@@ -225,28 +238,18 @@ class _Session:
 
     def finish(self) -> None:
         """Put the training record and the measured error into the model."""
-        from ..evaluation import reconstruction, reconstruction_at_mean
+        from ..recipes import record
 
-        model, recipe = self.trainer.model, self.trainer.training
-        seconds = self.seconds
-        motions = self.dataset.motions
-        mean, sd = reconstruction(model, motions, METRIC_SAMPLES, seed=0)
-        at_mean = reconstruction_at_mean(model, motions)
-        model.info.training = asdict(recipe) | {
-            "seconds": round(seconds, 3),
-            "device": str(model.mu.device.type),
-            "dataset": self.dataset.attribution or f"{len(self.dataset.motions)} motions",
-            "data_sha256": self.dataset.sha256,
-            "final_loss": self._last.loss if self._last else float("nan"),
-            "final_error": self._last.error if self._last else float("nan"),
-        }
-        model.info.metrics = {
-            "reconstruction_mean": mean,
-            "reconstruction_sd": sd,
-            "reconstruction_samples": METRIC_SAMPLES,
-            "reconstruction_at_mean": float(at_mean.mean()),
-            "reconstruction_at_mean_worst": float(at_mean.max()),
-        }
+        last = self._last
+        record(
+            self.trainer.model,
+            self.dataset,
+            self.trainer.training,
+            seconds=round(self.seconds, 3),
+            device=self.trainer.model.mu.device.type,
+            final_loss=last.loss if last else float("nan"),
+            final_error=last.error if last else float("nan"),
+        )
 
 
 @contextlib.contextmanager

@@ -21,7 +21,6 @@ from rnnpb_explorer.core.training import Trainer
 
 HIDDEN = 256  # the kernel is written for this many units
 SAVED = 6  # values a unit and frame that the forward pass keeps for the way back
-EXACT_FROM = 0.6  # the share of a run after which the forward pass is exact to 2^-16
 
 
 def build() -> ctypes.CDLL:
@@ -86,6 +85,8 @@ class PackedLSTM(torch.autograd.Function):
 class PackedTrainer(Trainer):
     """A `Trainer` whose epochs run in the kernel."""
 
+    exact_from = 0.6  # the share of a run after which the forward pass is exact to 2^-16
+
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         if self.model.config.hidden_size != HIDDEN:
@@ -121,7 +122,7 @@ class PackedTrainer(Trainer):
         return torch.addmm(model.bias_out, h, model.weight_out.T)
 
     def _backward_error(self, pb: Tensor) -> float:
-        exact = self.epoch > EXACT_FROM * self.training.epochs
+        exact = self.epoch > self.exact_from * self.training.epochs
         error = self.generate_packed(pb, exact) - self._target
         loss = error.square().sum() / (self._frames * len(pb))
         loss.backward()

@@ -18,6 +18,7 @@ import torch
 from rnnpb_explorer.core import RNNPB, landscape, load_checkpoint, load_dataset
 from rnnpb_explorer.core.checkpoint import read_plain
 from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mean
+from rnnpb_explorer.core.recipes import RECIPES
 from rnnpb_explorer.core.training import Trainer, TrainingConfig, TrainingProgress
 
 from .cli_harness import Outcome, Rnnpb
@@ -75,6 +76,27 @@ def test_deterministic(rnnpb: Rnnpb) -> None:
     model = trained(rnnpb, *RECIPE, "--behavior", "deterministic")
     assert (model.config.behavior, model.config.beta) == ("deterministic", None)
     assert not model.sigma.any()
+
+
+@pytest.mark.parametrize("name", sorted(RECIPES))
+def test_a_shipped_checkpoints_recipe(rnnpb: Rnnpb, name: str) -> None:
+    """The flag trains as the checkpoint of that name was; the checkpoint says so itself."""
+    small = ("--pb-dim", 2, "--hidden-size", 8, "--epochs", 2)
+    recipe = RECIPES[name]
+    model = trained(rnnpb, "--recipe", name, *small)
+    assert (model.config.behavior, model.config.beta) == (recipe.model.behavior, recipe.model.beta)
+    assert model.info.training.items() >= asdict(replace(recipe.training, epochs=2)).items()
+    shipped = load_checkpoint(name)
+    assert shipped.info.training.items() >= asdict(recipe.training).items()
+    sizes = {"num_joints": 17, "num_motions": 72}
+    assert shipped.config == replace(recipe.model, **sizes)
+
+
+def test_a_recipe_decides_what_is_trained(rnnpb: Rnnpb) -> None:
+    flags = ("train", "--data", "data", "--recipe", "weak", "--out", "B.pt")
+    assert "--beta: --recipe weak decides that" in rnnpb.refuses(*flags, "--beta", "1e-3")
+    assert "--behavior: --recipe weak" in rnnpb.refuses(*flags, "--behavior", "deterministic")
+    assert "--recipe: the run in --resume has its own" in rnnpb.refuses(*flags, "--resume", "x.pt")
 
 
 @pytest.fixture

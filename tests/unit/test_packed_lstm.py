@@ -28,7 +28,7 @@ def _has_amx() -> bool:
 def test_packed_epoch_equals_plain_epoch(exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(SCRIPTS))
     packed_lstm = pytest.importorskip("packed_lstm")
-    monkeypatch.setattr(packed_lstm, "EXACT_FROM", -1.0 if exact else 2.0)
+    monkeypatch.setattr(packed_lstm.PackedTrainer, "exact_from", -1.0 if exact else 2.0)
     random = np.random.default_rng(0)
     motions = tuple(  # of unequal lengths, not sorted, more than one tile of 16
         Motion(f"m{i}", ("a", "b"), random.normal(size=(2 + 5 * i % 23, 2)).astype(np.float32))
