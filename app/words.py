@@ -50,9 +50,9 @@ def light_words(report: SafetyReport) -> str:
     """What the light says, for those who do not tell its colours apart."""
     if report.light == "green":
         return "within the robot's limits"
-    joints = f"{len(report.joints)} joint" + ("s" if len(report.joints) > 1 else "")
+    joints = {one.joint for one in report.violations if one.light == report.light}
     how = "a little beyond" if report.light == "amber" else "far beyond"
-    return f"{joints} {how} the limits"
+    return f"{len(joints)} joint{'s' if len(joints) > 1 else ''} {how} the limits"
 
 
 def names_line(names: tuple[str, ...]) -> str:

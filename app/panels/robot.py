@@ -11,7 +11,7 @@ from ...robot.description import JointMatch, Robot, match_joints
 from ...robot.export import Format
 from ...robot.safety import Light
 from .. import intents as do
-from ..state import AppState, ModelFacts
+from ..state import AppState, CheckedMotion, ModelFacts
 from ..words import light_words, names_line, safety_lines
 from .bound import Bound, on_click
 
@@ -32,11 +32,13 @@ class SafetyLight:
     def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], robot: Robot) -> None:
         self._missing = [len(match_joints(robot, one.joints).missing) for one in facts]
         self._html = gui.add_html("")
+        self._shown: CheckedMotion | None = None
 
     def show(self, state: AppState) -> None:
         checked = state.current.checked
-        if checked is None:
+        if checked is None or checked is self._shown:
             return
+        self._shown = checked
         words = light_words(checked.report)
         missing = self._missing[state.active]
         if missing:
@@ -83,6 +85,7 @@ class RobotPanel:
             self._written = gui.add_html("")
         with gui.add_folder("Joints"):
             self._joints = gui.add_html("")
+        self._shown: tuple[object, ...] = ()
 
     def show(self, state: AppState) -> None:
         self._side_by_side.show(state.side_by_side)
@@ -91,6 +94,10 @@ class RobotPanel:
         self._format.show(label)
         self._safe.show(export.safe_posture)
         self._beyond.show(export.beyond_limits)
+        what = (state.current.checked, export, state.active)
+        if what == self._shown:  # thirty times a second
+            return
+        self._shown = what
         write(self._report, report_html(state))
         write(self._note, note_html(state))
         write(self._written, _lines([export.written] if export.written else []))

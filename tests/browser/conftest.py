@@ -57,11 +57,16 @@ def app() -> Iterator[App]:
 
 @pytest.fixture
 def open_explorer(browser: Browser, app: App, request: pytest.FixtureRequest) -> Iterator[Open]:
-    """Open windows with the app; each is photographed and closed after the test."""
+    """Open windows with the app; each is photographed and closed after the test.
+
+    A page that logged an error at any time fails the test, whatever it was about.
+    """
     opened: list[ExplorerPage] = []
 
-    def open_page(width: int = 1280, height: int = 720, resolution: float = 0.5) -> ExplorerPage:
-        opened.append(ExplorerPage.open(browser, app.url, width, height, resolution))
+    def open_page(
+        width: int = 1280, height: int = 720, resolution: float = 0.5, url: str = app.url
+    ) -> ExplorerPage:
+        opened.append(ExplorerPage.open(browser, url, width, height, resolution))
         return opened[-1]
 
     yield open_page
@@ -69,6 +74,7 @@ def open_explorer(browser: Browser, app: App, request: pytest.FixtureRequest) ->
         suffix = f"-{number + 1}" if len(opened) > 1 else ""
         explorer.screenshot(request.node.name + suffix)
         explorer.close()
+    assert [error for explorer in opened for error in explorer.console_errors] == []
 
 
 @pytest.fixture

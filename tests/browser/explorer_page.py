@@ -71,6 +71,7 @@ _SET_VISIBLE = """([name, visible]) => {
     window.__viserSceneTree.getState()[name].overrideVisibility = visible ? undefined : false;
     window.__viserMutable.requestRender();
 }"""
+_LABEL = "(name) => window.__viserSceneTree.getState()[name]?.message.props.text"
 _TWO_FRAMES = """() => new Promise((done) => {
     window.__viserMutable.requestRender();
     requestAnimationFrame(() => requestAnimationFrame(() => done()));
@@ -222,6 +223,11 @@ class ExplorerPage:
         """Hide or show a node in this browser only; the app does not know of it."""
         self.page.evaluate(_SET_VISIBLE, [node, visible])
 
+    def label(self, node: str) -> str | None:
+        """What a label of the scene says."""
+        text: str | None = self.page.evaluate(_LABEL, node)
+        return text
+
     def alert(self, text: str) -> Locator:
         """The notification that holds this text."""
         return self.page.get_by_role("alert").filter(has_text=text)
@@ -266,8 +272,12 @@ class ExplorerPage:
         """Type into the number field of a slider."""
         self.field(label).fill(f"{value:g}")
 
-    def drag(self, start: Point, end: Point, steps: int = 8) -> None:
-        """Press, move, release; slowly enough for viser's 50 ms between drag messages."""
+    def drag(self, start: Point, end: Point, steps: int = 8, frames: int = 0) -> None:
+        """Press, move, release; slowly enough for viser's 50 ms between drag messages.
+
+        Args:
+            frames: that the page must have drawn after each move, with the button held down.
+        """
         mouse = self.page.mouse
         mouse.move(*start)
         self.page.evaluate(_TWO_FRAMES)  # the canvas learns what is under the pointer
@@ -276,6 +286,8 @@ class ExplorerPage:
             share = step / steps
             mouse.move(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
             self.page.wait_for_timeout(60)
+            for _ in range(frames):
+                self.page.evaluate(_TWO_FRAMES)
         mouse.up()
 
     def upload(self, name: str, content: bytes) -> None:
@@ -283,6 +295,21 @@ class ExplorerPage:
         self.page.locator('input[type="file"]').first.set_input_files(
             FilePayload(name=name, mimeType="text/csv", buffer=content)
         )
+
+    def download(self, button: str) -> tuple[str, bytes]:
+        """Name and content of the file that a button has the browser save."""
+        with self.page.expect_download() as download:
+            self.click(button)
+        return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose from a drop-down list."""
+        self.field(label).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
+    def tick(self, label: str, on: bool) -> None:
+        """Set a checkbox, whose own box is drawn beside it."""
+        self.page.get_by_label(label).set_checked(on)
 
     # --- waiting ---
     @contextmanager

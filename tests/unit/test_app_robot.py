@@ -87,7 +87,7 @@ def test_the_light_says_which_joints_and_frames() -> None:
     assert safety_lines(report(FAST)) == ["a: velocity 8.9 rad/s over 7.3, frames 12–15"]
     assert "a: velocity 8.9 rad/s over 7.3, frames 12–15" in report_html(state)
     assert light_words(report(FAST)) == "1 joint a little beyond the limits"
-    assert light_words(report(FAST, FAR)) == "2 joints far beyond the limits"
+    assert light_words(report(FAST, FAR)) == "1 joint far beyond the limits"
     assert light_words(report()) == "within the robot's limits"
 
 

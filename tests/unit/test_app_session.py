@@ -203,6 +203,38 @@ def test_a_failed_upload_leaves_the_target_and_the_session(
     until(session, lambda state: state.current.latent.mu[0] == 0.25)
 
 
+def test_an_export_arrives_and_can_be_uploaded_again(open_browser: Open) -> None:
+    browser, session = open_browser()
+    positions = session.state.current.motion.positions
+    for label, suffix in (("CSV", ".csv"), ("JSON", ".json"), ("NAOqi script", ".py")):
+        browser.set("Format", label)
+        browser.press("Export the motion")
+        name = f"wave_tiny{suffix}"
+        browser.wait_for(lambda name=name: name in browser.files)
+        browser.upload("Upload a motion", name, browser.files[name])
+        until(session, lambda state: state.recognition.target is not None and complete(state))
+        found = session.state.recognition.target.positions
+        assert found.shape == positions.shape
+        within = session.state.current.checked.report.light == "green"
+        assert np.allclose(found, positions, atol=1e-6) == within
+        browser.press("Forget the target")
+        until(session, lambda state: state.recognition.target is None and complete(state))
+
+
+def test_the_limited_robot_comes_back_after_a_reload(open_browser: Open) -> None:
+    storage: dict[str, str] = {}
+    browser, session = open_browser(storage)
+    assert not any(name.startswith("/robot-1") for name in browser.nodes)
+    browser.set("Side by side", True)
+    until(session, lambda state: state.side_by_side and state.current.checked.limited is not None)
+    browser.wait_for(lambda: "/robot-1" in browser.nodes)
+    browser.leave()
+    again, session = open_browser(storage)
+    again.wait_for(lambda: "/robot-1" in again.nodes)
+    assert session.state.side_by_side
+    again.wait_for(lambda: again.widget("Side by side")["value"])
+
+
 def test_a_code_of_the_screen_restores_it(open_browser: Open) -> None:
     browser, session = open_browser()
     browser.set("μ 3", 0.75)

@@ -45,8 +45,10 @@ class WireBrowser:
         self.nodes: dict[str, dict[str, Any]] = {}  # of the scene, by name
         self.commands: dict[str, str] = {}  # uuid by label
         self.notices: list[str] = []
+        self.files: dict[str, bytes] = {}  # that the app had the browser save, by name
         self.asked = threading.Event()  # the server has asked for the local storage
         self._silent = silent
+        self._downloads: dict[str, str] = {}  # file names by transfer
         self._changed = threading.Condition()
         self._socket = connect(
             url.replace("http", "ws", 1),
@@ -85,6 +87,11 @@ class WireBrowser:
         with self._changed:
             if kind == "NotificationShowMessage":
                 self.notices.append(message["props"]["body"])
+            elif kind == "FileTransferStartDownload":
+                self._downloads[message["transfer_uuid"]] = message["filename"]
+            elif kind == "FileTransferPart":
+                name = self._downloads[message["transfer_uuid"]]
+                self.files[name] = self.files.get(name, b"") + message["content"]
             elif kind == "RegisterCommandMessage":
                 self.commands[message["props"]["label"]] = message["uuid"]
             elif kind in ("GuiUpdateMessage", "SceneNodeUpdateMessage"):
