@@ -13,22 +13,19 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from ..errors import InputError
 from ..files import check_writable
-from ..sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Entry, Result, Sweep, attempt, grid, table
+from ..sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Result, Sweep, attempt, grid
+from ..sweep_table import table
 from .command import Command, add_data, add_device, note, whole
 from .parallel import BACKENDS, parallel_backend
 from .progress import progress_bar
-from .tables import print_table, write_json
-
-if TYPE_CHECKING:
-    from rich.table import Table
+from .tables import print_table, sweep_table, write_json
 
 Item = TypeVar("Item")
 MAX_SEEDS = 1000
-COLUMN_WIDTH = 13  # of the table, borders included
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -259,51 +256,15 @@ def _report(
         state = "finished" if cell in results else "failed" if cell in failures else "missing"
         measured = asdict(results[cell]) if cell in results else {}
         reason = {"failure": failures[cell]} if cell in failures else {}
-        rows.append(asdict(cell) | {"state": state} | measured | reason)
+        epochs = {"epochs": sweep.configs(cell)[1].epochs}
+        rows.append(asdict(cell) | {"state": state} | epochs | measured | reason)
     facts = {
         "motions": motions,
         "samples": sweep.samples,
         "hidden_size": sweep.hidden_size,
-        "epochs": sweep.configs(cells[0])[1].epochs,
         "data_sha256": sweep.dataset.sha256,
     }
     write_json(arguments.json, facts | {"table": [asdict(e) for e in entries], "cells": rows})
-
-
-def sweep_table(
-    entries: Sequence[Entry], seeds: int, motions: int, samples: int, width: float = math.inf
-) -> Table:
-    """Table I: conditions down, D_PB across; the other way round where that is too wide."""
-    from rich.table import Table
-
-    over = f"mean over {seeds} seeds (sd over seeds)" if seeds > 1 else "mean (sd)"
-    made = Table(
-        title=f"Reconstruction loss (Table I): {over} of the squared error, averaged over frames "
-        f"and joints, of {motions} motions x {samples} samples",
-        show_lines=True,
-    )
-    words = {(entry.condition, str(entry.pb_dim)): _words(entry, seeds) for entry in entries}
-    rows, columns = (list(dict.fromkeys(names)) for names in zip(*words, strict=True))
-    first = "D_PB"
-    if (len(columns) + 1) * COLUMN_WIDTH > width:
-        words = {(pb_dim, condition): text for (condition, pb_dim), text in words.items()}
-        rows, columns = columns, rows
-    for name in (first, *columns):
-        made.add_column(name, justify="left" if name is first else "right")
-    for row in rows:
-        made.add_row(row, *(words[row, column] for column in columns))
-    return made
-
-
-def _words(entry: Entry, seeds: int) -> str:
-    """An entry as the table shows it: several lines keep its column narrow."""
-    if entry.mean is None:
-        return "failed" if entry.failed else "missing"
-    if seeds == 1:
-        return f"{entry.mean:.6f}\n({entry.sd:.6f})"
-    sd = "-" if entry.sd_over_seeds is None else f"{entry.sd_over_seeds:.6f}"
-    absent = "" if len(entry.finished) == seeds else f"\n{len(entry.finished)} of {seeds} seeds"
-    return f"{entry.mean:.6f}\n({sd}){absent}"
 
 
 COMMAND = Command("sweep", "Train and measure every model of Table I.", add_arguments, run)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -13,9 +14,11 @@ from rich.console import Console
 from rich.table import Table
 
 from ..files import replacing
+from ..sweep_table import Entry
 
 Row = dict[str, Any]  # of a table, as JSON has it
 PIPE_WIDTH = 140  # columns where stdout is no terminal
+FIRST_WIDTH, ENTRY_WIDTH = 17, 13  # of the columns of a sweep's table, borders included
 
 
 def print_table(table: Table) -> None:
@@ -79,6 +82,40 @@ def structure_table(rows: Sequence[Row]) -> Table:
             *(f"{w['mean']:.3f} / {w['area']:.3f} / {w['roughness']:.4f}" for w in windows),
         )
     return table
+
+
+def sweep_table(
+    entries: Sequence[Entry], seeds: int, motions: int, samples: int, width: float = math.inf
+) -> Table:
+    """Table I of a sweep: conditions down, D_PB across; turned where that is too wide."""
+    over = f"mean over {seeds} seeds (sd over seeds)" if seeds > 1 else "mean (sd)"
+    made = Table(
+        title=f"Reconstruction loss (Table I): {over} of the squared error, averaged over frames "
+        f"and joints, of {motions} motions x {samples} samples",
+        show_lines=True,
+    )
+    words = {(entry.condition, str(entry.pb_dim)): _entry(entry, seeds) for entry in entries}
+    rows, columns = (list(dict.fromkeys(names)) for names in zip(*words, strict=True))
+    first = "D_PB"
+    if FIRST_WIDTH + len(columns) * ENTRY_WIDTH > width:
+        words = {(pb_dim, condition): text for (condition, pb_dim), text in words.items()}
+        rows, columns = columns, rows
+    for name in (first, *columns):
+        made.add_column(name, justify="left" if name is first else "right")
+    for row in rows:
+        made.add_row(row, *(words[row, column] for column in columns))
+    return made
+
+
+def _entry(entry: Entry, seeds: int) -> str:
+    """An entry as the table shows it: several lines keep its column narrow."""
+    if entry.mean is None:
+        return "failed" if entry.failed else "missing"
+    if seeds == 1:
+        return f"{entry.mean:.6f}\n({entry.sd:.6f})"
+    sd = "-" if entry.sd_over_seeds is None else f"{entry.sd_over_seeds:.6f}"
+    absent = "" if len(entry.finished) == seeds else f"\n{len(entry.finished)} of {seeds} seeds"
+    return f"{entry.mean:.6f}\n({sd}){absent}"
 
 
 def _table(title: str, columns: Sequence[str]) -> Table:
