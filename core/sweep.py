@@ -13,10 +13,10 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from .errors import InputError
 from .files import replacing
@@ -26,15 +26,8 @@ if TYPE_CHECKING:
     from .model import RNNPB, ModelConfig
     from .training import TrainingConfig
 
-Behavior = Literal["stochastic", "deterministic"]
-
 PB_DIMS = (1, 2, 4, 8, 16, 32, 64, 128)  # the rows of Table I
-CONDITIONS: dict[str, tuple[Behavior, float | None]] = {  # its columns: behavior, beta (eq. 3)
-    "strong": ("stochastic", 1e-3),
-    "weak": ("stochastic", 1e-6),
-    "zero": ("stochastic", 0.0),
-    "deterministic": ("deterministic", None),
-}
+CONDITIONS = ("strong", "weak", "zero", "deterministic")  # its columns: keys of RECIPES
 FORMAT = 1  # of a cell's file
 EVALUATION_SEED = 0  # of the sampled PBs, as `rnnpb train` and `rnnpb evaluate` have it
 
@@ -45,7 +38,7 @@ _log = logging.getLogger(__name__)
 class Cell:
     """One model of Table I."""
 
-    condition: str  # a key of CONDITIONS
+    condition: str  # one of CONDITIONS
     pb_dim: int
     seed: int
 
@@ -102,21 +95,19 @@ class Sweep:
     keep_checkpoints: bool = False
 
     def configs(self, cell: Cell) -> tuple[ModelConfig, TrainingConfig]:
-        """The model and the recipe that `rnnpb train` takes for the same flags."""
-        from .model import ModelConfig
-        from .training import TrainingConfig
+        """The model and the recipe that `rnnpb train --recipe` takes for the same flags."""
+        from .recipes import RECIPES
 
-        behavior, beta = CONDITIONS[cell.condition]
+        recipe = RECIPES[cell.condition]
         epochs = {} if self.epochs is None else {"epochs": self.epochs}
-        model = ModelConfig(
+        model = replace(
+            recipe.model,
             num_joints=len(self.dataset.joints),
             num_motions=len(self.dataset.motions),
             pb_dim=cell.pb_dim,
             hidden_size=self.hidden_size,
-            behavior=behavior,
-            beta=beta,
         )
-        return model, TrainingConfig(seed=cell.seed, **epochs)
+        return model, replace(recipe.training, seed=cell.seed, **epochs)
 
     def recipe(self, cell: Cell) -> dict[str, Any]:
         """Everything that a cell's result depends on, as plain JSON values."""

@@ -141,16 +141,12 @@ def test_a_worker_without_the_folder_hands_the_cell_on(
 # What a cell is
 
 
-@pytest.mark.parametrize(
-    ("condition", "kind"),
-    [("weak", ("--beta", "1e-6")), ("deterministic", ("--behavior", "deterministic"))],
-)
-def test_a_cell_is_what_train_and_evaluate_give(
-    rnnpb: Rnnpb, condition: str, kind: tuple[str, str]
-) -> None:
+@pytest.mark.parametrize("condition", ["strong", "weak", "zero", "deterministic"])
+def test_a_cell_is_what_train_and_evaluate_give(rnnpb: Rnnpb, condition: str) -> None:
     flags = ("--conditions", condition, "--pb-dims", 3, "--seeds", "5,")
     swept(rnnpb, *flags, "--keep-checkpoints")
-    assert rnnpb("train", *SMALL[:-2], "--pb-dim", 3, "--seed", 5, *kind, "--out", "C.pt").code == 0
+    train = ("train", "--recipe", condition, *SMALL[:-2], "--pb-dim", 3, "--seed", 5)
+    assert rnnpb(*train, "--out", "C.pt").code == 0
     evaluate = ("evaluate", "--ckpt", "C.pt", "--data", "data", "--samples", 4, "--json", "e.json")
     assert rnnpb(*evaluate).code == 0
     [row] = json.loads(Path("e.json").read_text())["reconstruction"]
