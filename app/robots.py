@@ -14,7 +14,7 @@ from .stage import Vector
 from .state import AppState, ModelFacts
 from .transitions import eyes_of
 
-LABEL_ABOVE = 0.05  # metres above the robot's head
+LABEL_ABOVE = 0.1  # metres above the robot's head
 Positions = NDArray[np.float32]
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.motion import Motion, format_motion
 from ..robot.description import Robot
+from ..robot.kinematics import size
 from ..robot.view import setup_stage
 from . import intents as do
 from .boards.landscape_view import LandscapeView
@@ -31,7 +32,6 @@ from .state import AppState, ModelFacts, Notice
 PANEL_WIDTH = 320  # pixels
 # Six tabs in one row of so narrow a panel.
 NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
-HEIGHT = 1.27  # metres, Pepper's
 Send = Callable[[do.Intent], None]
 
 
@@ -48,7 +48,8 @@ class Screen:
         code: Callable[[], str],
     ) -> None:
         self._client, self._facts, self._robot = client, facts, robot
-        self._stage = stage_for(len(facts))
+        self._size = size(robot)  # half width, height
+        self._stage = stage_for(len(facts), *self._size)
         self._send = send
         self._shown: AppState | None = None
         self._notice: Notice | None = state.notice
@@ -64,9 +65,8 @@ class Screen:
     def _build_scene(self, state: AppState) -> None:
         scene = self._client.scene
         setup_stage(scene)
-        self.robots = Robots(
-            scene, self._robot, self._facts, stage_for(len(self._facts) + 1).robots, HEIGHT
-        )
+        spots = stage_for(len(self._facts) + 1, *self._size).robots
+        self.robots = Robots(scene, self._robot, self._facts, spots, self._size[1])
         self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
         self.landscape_board = LandscapeView(
             scene, self._stage.landscape_board, self._facts, state, self._send
@@ -146,7 +146,7 @@ class Screen:
         """Have the camera see all robots, where there are more or fewer than before."""
         robots = len(state.models) + state.side_by_side
         if robots != len(self._stage.robots):
-            self._stage = stage_for(robots)
+            self._stage = stage_for(robots, *self._size)
             self.ask_for_home()
 
     def _show_notice(self, notice: Notice | None) -> None:

@@ -66,12 +66,18 @@ class Stage:
     half_height: float
 
 
-def stage_for(robots: int) -> Stage:
-    """The map above the landscape on the left, robots side by side on the right."""
-    spots = tuple(np.array([0.0, i * ROBOT_SPACING, 0.0]) for i in range(robots))
-    left = -ROBOT_HALF_WIDTH - BOARD_SIZE
-    right = (robots - 1) * ROBOT_SPACING + ROBOT_HALF_WIDTH
-    top, bottom = 2 * BOARD_SIZE + 3 * BOARD_GAP, -FLOOR_IN_FRONT
+def stage_for(robots: int, half_width: float = 0.0, height: float = 0.0) -> Stage:
+    """The map above the landscape on the left, robots side by side on the right.
+
+    Args:
+        half_width, height: metres, of each robot; one that is no larger than Pepper gets its room.
+    """
+    room = max(ROBOT_HALF_WIDTH, half_width)
+    spacing = max(ROBOT_SPACING, 2 * half_width)
+    spots = tuple(np.array([0.0, i * spacing, 0.0]) for i in range(robots))
+    left = -room - BOARD_SIZE
+    right = (robots - 1) * spacing + room
+    top, bottom = max(2 * BOARD_SIZE + 3 * BOARD_GAP, height), -FLOOR_IN_FRONT
     return Stage(
         spots,
         map_board=_board(left, bottom=2 * BOARD_GAP + BOARD_SIZE),

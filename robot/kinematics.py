@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -204,6 +205,20 @@ def link_poses(
         carrier, offset = robot.tree.links[link]
         out[:, i] = offset if carrier < 0 else pose[:, carrier] @ offset
     return out
+
+
+def size(robot: Robot) -> tuple[float, float]:
+    """Half width (to both sides of the base, along y) and height of the robot at rest, metres."""
+    carriers = tuple(frame.link for frame in robot.tree.frames)
+    poses = link_poses(robot, (), np.zeros((1, 0)), carriers)[0]  # (K, 4, 4)
+    half_width = height = 0.0
+    for shape in robot.shapes:
+        corners = np.array(list(product(*shape.mesh.bounds.T)))  # (8, 3)
+        if shape.frame >= 0:
+            corners = corners @ poses[shape.frame, :3, :3].T + poses[shape.frame, :3, 3]
+        half_width = max(half_width, float(np.abs(corners[:, 1]).max()))
+        height = max(height, float(corners[:, 2].max()))
+    return half_width, height
 
 
 def _local_poses(

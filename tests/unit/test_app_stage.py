@@ -192,3 +192,14 @@ def test_projecting_agrees_with_visers_own_transforms(p: Vector) -> None:
     focal = 240 / math.tan(FOV / 2)
     expected = 320 + focal * local[0] / local[2], 240 + focal * local[1] / local[2]
     assert project(p, eye, turn.wxyz, FOV, 640, 480) == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_large_robot_has_its_room() -> None:
+    stage = stage_for(2, half_width=1.0, height=3.0)
+    assert max(c[1] for c in corners(stage.map_board)) <= -1.0 + 1e-9
+    assert stage.robots[1][1] - stage.robots[0][1] >= 2.0
+    position = camera_position(stage, 4 / 3)
+    for y, z in ((-1.0, 0.0), (3.0, 0.0), (0.0, 3.0)):
+        at = project(np.array([0.0, y, z]), position, LOOKING_AT_BOARDS, FOV, 4 / 3, 1.0)
+        assert 0 <= at[0] <= 4 / 3
+        assert 0 <= at[1] <= 1

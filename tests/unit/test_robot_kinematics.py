@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.robot.description import PEPPER_URDF, Robot, load_robot
-from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, quaternions, rotation_matrices
+from rnnpb_explorer.robot.kinematics import (
+    joint_poses,
+    link_poses,
+    quaternions,
+    rotation_matrices,
+    size,
+)
+
+from .arm import write_arm
 
 # Links of our Pepper and the published description's names for them.
 COUNTERPARTS = {
@@ -140,3 +148,12 @@ def test_quaternions_of_half_turns(axis: int) -> None:
     expected[axis + 1] = 1
     np.testing.assert_allclose(np.abs(quaternions(matrix[None])[0]), expected, atol=1e-12)
     np.testing.assert_allclose(rotation_matrices(quaternions(matrix[None]))[0], matrix, atol=1e-12)
+
+
+def test_size_at_rest(tmp_path: Path) -> None:
+    half_width, height = size(load_robot("pepper"))
+    assert half_width == pytest.approx(0.25, abs=0.1)
+    assert height == pytest.approx(1.21, abs=0.05)
+    half_width, height = size(load_robot(str(write_arm(tmp_path))))
+    assert half_width == pytest.approx(0.15, abs=1e-3)  # its round foot
+    assert height == pytest.approx(0.1 + 4 * 0.3 + 0.28)

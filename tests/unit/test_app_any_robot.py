@@ -1,0 +1,139 @@
+"""From one's own recordings to the screen, for a robot that is not Pepper; by the real commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from rnnpb_explorer.app.rnnpb import main
+from rnnpb_explorer.app.server import App, ServerOptions, start
+from rnnpb_explorer.app.session import Session
+from rnnpb_explorer.app.state import AppState
+from rnnpb_explorer.core.motion import Motion, format_motion, write_motion
+
+from .arm import write_arm
+from .wire_browser import TIMEOUT, WireBrowser
+
+JOINTS = ("a", "b", "c", "d", "e")  # the arm has no e
+FRAMES = 20
+
+
+def recording(name: str, phase: float) -> Motion:
+    t = np.linspace(0, 2 * np.pi, FRAMES)[:, None]
+    positions = 0.5 * np.sin(t + phase + np.arange(len(JOINTS)))
+    return Motion(name, JOINTS, positions.astype(np.float32))
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    """The explorer with a model that `rnnpb train` made of three recordings, and with the arm."""
+    folder = tmp_path_factory.mktemp("arm")
+    data, checkpoint = folder / "data", folder / "mine.pt"
+    data.mkdir()
+    for index, name in enumerate(("bend", "turn", "wave")):
+        write_motion(recording(name, index), data / f"{name}.csv")
+    flags = ["--epochs", "300", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
+    assert main(["train", "--data", str(data), *flags, "--out", str(checkpoint)]) == 0
+    robot = str(write_arm(folder))
+    running = start(ServerOptions((str(checkpoint),), port=0, robot=robot, data=str(data)))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def browser(app: App) -> Iterator[WireBrowser]:
+    opened = WireBrowser(app.url)
+    opened.widget("Motion")
+    yield opened
+    opened.leave()
+
+
+@pytest.fixture
+def session(app: App, browser: WireBrowser) -> Session:
+    session = app.sessions[max(app.sessions)]
+    until(session, complete)
+    return session
+
+
+def until(session: Session, condition: object) -> None:
+    assert session.wait_for(condition, TIMEOUT)  # type: ignore[arg-type]
+
+
+def complete(state: AppState) -> bool:
+    model = state.current
+    return (
+        model.motion is not None
+        and model.checked is not None
+        and model.motion.request == model.checked.request == model.motion_request
+        and model.landscape is not None
+        and model.landscape.request == model.landscape_request
+        and model.landscape.values.complete
+    )
+
+
+def html(browser: WireBrowser) -> str:
+    return " ".join(str(known.get("content", "")) for known in browser.widgets.values())
+
+
+def test_map_landscape_and_robot_are_there(
+    app: App, browser: WireBrowser, session: Session
+) -> None:
+    assert app.facts[0].joints == JOINTS
+    assert app.facts[0].motions == ("bend", "turn", "wave")
+    assert app.facts[0].data[0] is not None  # the recordings are the targets
+    assert {"/boards/map", "/boards/landscape"} <= set(browser.nodes)
+    landscape = session.state.current.landscape
+    assert landscape is not None
+    assert landscape.values.correlation.shape == (20, 20)
+    assert np.isfinite(landscape.values.correlation).all()
+    arm = [name for name in browser.nodes if name.startswith("/robot-0/")]
+    assert any(name.endswith("/a/b/c/d/slide") for name in arm)
+
+
+def test_joints_without_a_match_are_on_the_screen(browser: WireBrowser, session: Session) -> None:
+    browser.wait_for(lambda: "4 of the 5 joints of the model" in html(browser))
+    assert "so not seen: e." in html(browser)
+    assert "Not moved by the model: slide." in html(browser)
+
+
+def test_a_drag_moves_the_arm(browser: WireBrowser, session: Session) -> None:
+    browser.command("Play or pause")
+    until(session, lambda state: not state.playback.playing)
+    before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
+    x, y, z = browser.nodes["/boards/map"]["position"]
+    browser.drag("/boards/map", (x, y, z), (x, y + 0.1, z), (x, y + 0.2, z + 0.1))
+    until(session, lambda state: len(state.undo) == 1 and complete(state))
+    browser.wait_for(
+        lambda: any(
+            node.get("wxyz") != before.get(name)
+            for name, node in browser.nodes.items()
+            if name.startswith("/robot-0/")
+        )
+    )
+
+
+def test_a_recording_is_recognised(browser: WireBrowser, session: Session) -> None:
+    browser.upload("Upload a motion", "new.csv", format_motion(recording("new", 0.5)).encode())
+    until(session, lambda state: state.recognition.target is not None)
+    browser.set("Iterations", 20)
+    until(session, lambda state: state.recognition.iterations == 20)
+    browser.press("Start")
+    until(session, lambda state: state.recognition.status == "finished" and complete(state))
+    trace = session.state.recognition.trace
+    assert trace is not None
+    assert trace.loss.min() < trace.loss[0, 0]
+
+
+def test_it_is_exported_and_has_no_naoqi(browser: WireBrowser, session: Session) -> None:
+    browser.set("Format", "JSON")
+    until(session, lambda state: state.export.file_format == "json")
+    browser.press("Export the motion")
+    browser.wait_for(lambda: any(name.endswith(".json") for name in browser.files))
+    browser.set("Format", "NAOqi script")
+    until(session, lambda state: state.export.file_format == "naoqi")
+    browser.press("Export the motion")
+    browser.wait_for(
+        lambda: any("NAOqi on Pepper has no joint" in said for said in browser.notices)
+    )
