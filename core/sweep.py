@@ -204,13 +204,14 @@ def run_cell(sweep: Sweep, cell: Cell) -> tuple[Result, RNNPB]:
     """
     from .device import choose_device
     from .evaluation import reconstruction, reconstruction_at_mean
+    from .recipes import record
     from .training import Trainer
 
     started = time.monotonic()
     trainer = Trainer(sweep.dataset, *sweep.configs(cell), choose_device(sweep.device))
-    loss = math.nan
+    loss = error = math.nan
     for progress in trainer.run():
-        loss = progress.loss
+        loss, error = progress.loss, progress.error
         if not math.isfinite(loss):
             raise InputError(f"training diverged in epoch {progress.epoch}: the loss is {loss}")
     model, motions = trainer.model, sweep.dataset.motions
@@ -225,18 +226,16 @@ def run_cell(sweep: Sweep, cell: Cell) -> tuple[Result, RNNPB]:
     )
     if not _finite(result):
         raise InputError(f"training diverged: the error is {mean}")
-    model.info.training = asdict(trainer.training) | {
-        "seconds": result.seconds,
-        "device": result.device,
-        "data_sha256": sweep.dataset.sha256,
-        "final_loss": loss,
-    }
-    model.info.metrics = {
-        "reconstruction_mean": mean,
-        "reconstruction_sd": sd,
-        "reconstruction_samples": sweep.samples,
-        "reconstruction_at_mean": result.at_sigma_0,
-    }
+    if sweep.keep_checkpoints:
+        record(
+            model,
+            sweep.dataset,
+            trainer.training,
+            seconds=result.seconds,
+            device=result.device,
+            final_loss=loss,
+            final_error=error,
+        )
     return result, model
 
 
