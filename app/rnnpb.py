@@ -15,12 +15,15 @@ from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.files import check_writable, replacing
 
 from .export_command import EXPORT
+from .recognize_command import RECOGNIZE
 
 SMALLEST, LARGEST = (320, 240), (7680, 4320)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    return run_command(argv, (*COMMANDS, EXPORT, SCREENSHOT))
+    own = {command.name: command for command in (RECOGNIZE, EXPORT, SCREENSHOT)}
+    commands = {command.name: command for command in COMMANDS} | own
+    return run_command(argv, tuple(commands.values()))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,15 +67,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", required=True, metavar="R.npz")
 
 
-def run(arguments: argparse.Namespace) -> None:
+def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion) -> None:
+    """`read` takes the arguments of `read_motion`, and may know more kinds of files."""
     out = Path(arguments.out)
     if out.suffix.lower() != ".npz":
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
     model, _ = load_model(arguments.ckpt)
-    motion = read_motion(
-        arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit
-    )
+    motion = read(arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit)
 
     from ..device import choose_device
     from ..recognition import RecognitionResult

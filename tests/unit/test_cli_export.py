@@ -59,6 +59,35 @@ def test_it_starts_and_ends_in_a_safe_posture(strong: RNNPB, tmp_path: Path) -> 
     assert len(positions) > strong.length(strong.motion_index("Happy_4"))
 
 
+@pytest.mark.parametrize(("file_format", "suffix"), [("json", ".json"), ("naoqi", ".py")])
+def test_an_export_is_recognised(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], file_format: str, suffix: str
+) -> None:
+    """Generated between learned motions, exported, recognised: back at the same mu."""
+    mu, out = (0.2, -0.1, 0.3, 0.1), tmp_path / f"motion{suffix}"
+    flags = ("--mu", ",".join(map(str, mu)), "--steps", "40", "--safe-posture")
+    assert export(out, *flags, "--format", file_format) == 0
+    result = tmp_path / "path.npz"
+    recognise = ["recognize", "--ckpt", "strong", str(out), "--method", "lm", "--trials", "1"]
+    assert main([*recognise, "--out", str(result)]) == 0
+    with np.load(result) as path:
+        best = path["loss"][:, -1].argmin()
+        np.testing.assert_allclose(path["mu"][best, -1], mu, atol=0.01)
+    assert main([*recognise, "--unit", "degrees", "--out", str(result)]) == 2
+    assert "is an export and in radians" in capsys.readouterr().err
+
+
+def test_what_is_no_export_is_refused_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.json"
+    path.write_text("{}")
+    flags = ["--ckpt", "strong", str(path), "--out", str(tmp_path / "r.npz")]
+    assert main(["recognize", *flags]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "x.json is no motion exported as JSON" in line
+
+
 @pytest.mark.parametrize("flags", [("--motion", "Nope"), ("--motion", "0", "--robot", "nobody")])
 def test_bad_input_writes_nothing(
     tmp_path: Path, flags: tuple[str, ...], capsys: pytest.CaptureFixture[str]
