@@ -6,17 +6,20 @@ ten trials, it is of makes a large difference (see `Measure`), so all three are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .model import RNNPB
 from .motion import Motion
-from .recognition import Init, RecognitionConfig, RecognitionResult, recognize
+from .recognition import Init, RecognitionConfig, RecognitionResult, RecognitionStep, recognize
+from .recognition_lm import LMConfig, recognize_lm
 
 WARM_STARTS: tuple[Init, ...] = ("baseline", "learned", "random")
+Procedure = Init | Literal["lm"]  # a warm start of the published one, or Levenberg-Marquardt
 RANDOM_CANDIDATES = 10  # of the warm start `random` in the paper
 
 
@@ -52,14 +55,14 @@ class Measure:
 class RecognitionRow:
     """One warm start of one model."""
 
-    warm_start: Init
+    warm_start: Procedure
     reconstruction_loss: Measure
     prediction_error: Measure
 
 
 def recognition_row(
     model: RNNPB,
-    warm_start: Init,
+    warm_start: Procedure,
     patterns: Sequence[Motion],
     *,
     trials: int = 10,
@@ -71,20 +74,27 @@ def recognition_row(
 
     Args:
         patterns: novel ones; of several draws, all of them.
-        trials: of each pattern, all in one batch; each has random numbers of its own.
+        trials: of each pattern, all in one batch; each has random numbers of its own. Those of
+            Levenberg-Marquardt start from as many learned mu, the closest.
+        iterations: of Levenberg-Marquardt at most.
         recognized: called after each pattern.
     """
     results = []
     for number, pattern in enumerate(patterns):
-        config = RecognitionConfig(
-            init=warm_start,
-            candidates=RANDOM_CANDIDATES,
-            iterations=iterations,
-            trials=trials,
-            seed=seed,
-            first_trial=number * trials,
-        )
-        steps = recognize(model, pattern.positions, config)
+        steps: Iterator[RecognitionStep]
+        if warm_start == "lm":
+            lm = LMConfig(starts=trials, iterations=iterations)
+            steps = recognize_lm(model, pattern.positions, lm)
+        else:
+            config = RecognitionConfig(
+                init=warm_start,
+                candidates=RANDOM_CANDIDATES,
+                iterations=iterations,
+                trials=trials,
+                seed=seed,
+                first_trial=number * trials,
+            )
+            steps = recognize(model, pattern.positions, config)
         results.append(RecognitionResult.from_steps(steps))
         recognized()
     return RecognitionRow(

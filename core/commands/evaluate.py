@@ -22,6 +22,7 @@ from .tables import (
 if TYPE_CHECKING:
     from ..model import RNNPB
     from ..motion import Motion
+    from ..recognition_table import Procedure
 
 TASKS = ("reconstruction", "recognition", "structure")
 
@@ -62,6 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--iterations", type=whole(1, 100_000), default=100, help="recognition; default: 100"
     )
+    parser.add_argument(
+        "--lm",
+        action="store_true",
+        help="recognition: Levenberg-Marquardt, too, from as many learned mu as there are trials",
+    )
     add_seed(parser)
     add_device(parser)
     parser.add_argument("--json", metavar="F", help="write the tables to F, too")
@@ -83,7 +89,7 @@ def run(arguments: argparse.Namespace) -> None:
     subjects = [_subject(checkpoint, arguments) for checkpoint in arguments.ckpt]
     measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in arguments.task}
     with progress_bar("{task.fields[doing]}") as bar:
-        steps = sum(_steps(subject, task) for subject in subjects for task in measured)
+        steps = sum(_steps(each, task, arguments) for each in subjects for task in measured)
         progress = bar.add_task("evaluating", total=steps, doing="")
         for subject in subjects:
             for task, rows in measured.items():
@@ -137,14 +143,20 @@ def _draws(arguments: argparse.Namespace) -> range:
     return range(arguments.seed, arguments.seed + arguments.draws)
 
 
-def _steps(subject: _Subject, task: str) -> int:
+def _steps(subject: _Subject, task: str, arguments: argparse.Namespace) -> int:
     """How often a measure says that it has come farther."""
-    from ..recognition_table import WARM_STARTS
     from ..structure import landscape_count
 
     if task == "recognition":
-        return len(subject.patterns) * len(WARM_STARTS)
+        return len(subject.patterns) * len(_procedures(arguments))
     return landscape_count(len(subject.motions)) if task == "structure" else 1
+
+
+def _procedures(arguments: argparse.Namespace) -> tuple[Procedure, ...]:
+    """The rows of Table II."""
+    from ..recognition_table import WARM_STARTS
+
+    return (*WARM_STARTS, "lm") if arguments.lm else WARM_STARTS
 
 
 def _reconstruction(
@@ -171,7 +183,7 @@ def _recognition(
     subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
 ) -> list[Row]:
     """The cells of Table II in one column: a row for each warm start."""
-    from ..recognition_table import WARM_STARTS, recognition_row
+    from ..recognition_table import recognition_row
 
     settings = {"trials": arguments.trials, "iterations": arguments.iterations}
     return [
@@ -187,7 +199,7 @@ def _recognition(
         )
         | settings
         | {"draws": list(_draws(arguments)), "patterns": len(subject.patterns)}
-        for warm_start in WARM_STARTS
+        for warm_start in _procedures(arguments)
     ]
 
 

@@ -21,6 +21,7 @@ from rnnpb_explorer.core import (
     write_motion,
 )
 from rnnpb_explorer.core.novel_patterns import SOURCES, novel_patterns
+from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
 from rnnpb_explorer.core.recognition_table import Spread, recognition_row
 
 from .cli_harness import Rnnpb
@@ -104,6 +105,20 @@ def test_against_plain_loops(ten_motions: RNNPB, warm_start: str) -> None:
         assert measure.best_of_trials == spread(read[f"chosen {what}"])
 
 
+def test_levenberg_marquardt(rnnpb: Rnnpb, ten_motions: RNNPB) -> None:
+    patterns = novel_patterns(motions_of(ten_motions))[:2]
+    row = recognition_row(ten_motions, "lm", patterns, trials=3, iterations=5)
+    runs = [
+        list(recognize_lm(ten_motions, pattern.positions, LMConfig(starts=3, iterations=5)))
+        for pattern in patterns
+    ]
+    best = [np.min([step.loss for step in steps], axis=0) for steps in runs]
+    measured = row.reconstruction_loss
+    assert measured.last_iterate == spread([float(x) for steps in runs for x in steps[-1].loss])
+    assert measured.best_iterate == spread([float(x) for losses in best for x in losses])
+    assert measured.best_of_trials == spread([float(losses.min()) for losses in best])
+
+
 def test_the_command(rnnpb: Rnnpb, ten_motions: RNNPB) -> None:
     save_checkpoint(ten_motions, "ten.pt")
     Path("sources").mkdir()
@@ -112,12 +127,12 @@ def test_the_command(rnnpb: Rnnpb, ten_motions: RNNPB) -> None:
         write_motion(motion, Path("sources") / f"{motion.name}.csv")
     flags = ("evaluate", "--ckpt", "ten.pt", "--data", "sources", "--json", "e.json")
     settings = ("--trials", 3, "--iterations", 4, "--draws", 2, "--seed", 7, "--samples", 2)
-    outcome = rnnpb(*flags, *settings, "--task", "recognition,reconstruction")
+    outcome = rnnpb(*flags, *settings, "--task", "recognition,reconstruction", "--lm")
     assert (outcome.code, outcome.err) == (0, ""), outcome
     tables = json.loads(Path("e.json").read_text())
     assert [row["samples"] for row in tables["reconstruction"]] == [2]
     rows = tables["recognition"]
-    assert [row["warm_start"] for row in rows] == ["baseline", "learned", "random"]
+    assert [row["warm_start"] for row in rows] == ["baseline", "learned", "random", "lm"]
     patterns = [*novel_patterns(motions, 7), *novel_patterns(motions, 8)]
     for row in rows:
         facts = (row["trials"], row["iterations"], row["draws"], row["patterns"])
