@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.landscape import Window
 from ..core.motion import Motion
 from .state import (
     Array,
@@ -21,7 +22,6 @@ from .state import (
     EyeTrack,
     Init,
     RecognitionTrace,
-    WindowKind,
 )
 
 
@@ -143,7 +143,7 @@ class SetLandscapeAxes:
 
 @dataclass(frozen=True)
 class SetWindow:
-    window: WindowKind
+    window: Window
 
 
 @dataclass(frozen=True)

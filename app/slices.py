@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.landscape import WINDOW_RADIUS
 from .state import AppState, Array, Latent, ModelFacts, ModelState
-
-ABSOLUTE_RADIUS = 1.0  # the window of the paper's Fig. 4
-RELATIVE_RADIUS = 0.7  # in standard deviations of the learned mu
 
 
 def fitting_axes(axes: tuple[int, ...], dim: int) -> tuple[int, ...]:
@@ -31,7 +29,7 @@ class LandscapeSlice:
 
 def landscape_slice(facts: ModelFacts, state: AppState, model: ModelState) -> LandscapeSlice:
     """The window around the anchor along two axes; the other components as they are now."""
-    radius = ABSOLUTE_RADIUS if state.window == "absolute" else RELATIVE_RADIUS * facts.mu_sd
+    radius = WINDOW_RADIUS[state.window] * (facts.mu_sd if state.window == "sd" else 1.0)
     if state.landscape_axes == "pca":
         axes = fitting_axes(state.map_axes, facts.pb_dim)
         anchor = facts.latent_map.project(model.anchor)

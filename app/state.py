@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.landscape import Landscape
-from ..core.latent_map import LatentMap
+from ..core.landscape import Landscape, Window
+from ..core.latent_map import LatentMap, spread
 from ..core.model import MotionLabel
 from ..core.motion import Motion
 from ..robot.export import Format
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 Colouring = Literal["class", "valence", "arousal"]
-WindowKind = Literal["absolute", "sd"]
 RecognitionStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
 Init = Literal["learned", "baseline", "random"]
 
@@ -56,9 +55,7 @@ class ModelFacts:
     @property
     def mu_sd(self) -> float:
         """Standard deviation of the learned mu, averaged over dimensions: a window's unit."""
-        if len(self.mu) < 2:
-            return 1.0
-        return float(self.mu.std(axis=0, ddof=1).mean()) or 1.0
+        return spread(self.mu)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +193,7 @@ class AppState:
     recognition: Recognition = field(default_factory=Recognition)
     map_axes: tuple[int, ...] = (0, 1)  # principal components, from 0
     landscape_axes: tuple[int, ...] | Literal["pca"] = (0, 1)  # mu dimensions, or the map's plane
-    window: WindowKind = "absolute"
+    window: Window = "absolute"
     colouring: Colouring = "class"
     joint: str = ""  # shown in the Joints panel; "" = those that move most
     side_by_side: bool = False  # the limited motion on a second robot

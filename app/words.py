@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from ..core.landscape import WINDOW_RADIUS
 from ..robot.export import Export
 from ..robot.safety import SafetyReport, Violation
-from .slices import RELATIVE_RADIUS
 from .state import AppState, ModelFacts
 
 MOST_LINES = 4  # of faults, or of joints
@@ -15,7 +15,8 @@ MOST_RUNS = 3  # of frames in a line
 def window_label(facts: ModelFacts, state: AppState) -> str:
     if state.window == "absolute":
         return "±1"
-    return f"±{RELATIVE_RADIUS} sd (±{RELATIVE_RADIUS * facts.mu_sd:.2f})"
+    radius = WINDOW_RADIUS["sd"]
+    return f"±{radius} sd (±{radius * facts.mu_sd:.2f})"
 
 
 def target_label(facts: ModelFacts, state: AppState) -> str:

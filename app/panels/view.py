@@ -7,14 +7,15 @@ from itertools import combinations
 
 import viser
 
+from ...core.landscape import Window
 from .. import intents as do
-from ..state import AppState, Colouring, ModelFacts, WindowKind
+from ..state import AppState, Colouring, ModelFacts
 from ..transitions import eyes_of
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
 
-WINDOWS: dict[str, WindowKind] = {
+WINDOWS: dict[str, Window] = {
     "±1, as in the paper's Fig. 4": "absolute",
     "±0.7 sd of the learned μ": "sd",
 }

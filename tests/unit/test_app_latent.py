@@ -9,7 +9,7 @@ import pytest
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.on_latent import MAX_MU, MAX_SIGMA
-from rnnpb_explorer.app.slices import ABSOLUTE_RADIUS, RELATIVE_RADIUS, landscape_slice
+from rnnpb_explorer.app.slices import landscape_slice
 from rnnpb_explorer.app.state import AppState, initial_state
 from rnnpb_explorer.app.transitions import MAX_UNDO, Facts, opening_work
 from rnnpb_explorer.app.update import update
@@ -57,7 +57,7 @@ def test_opens_with_the_reconstruction_of_the_first_motion_playing() -> None:
     assert landscape.center.tolist() == [0.5, -0.3, 0.2]
     assert landscape.directions.tolist() == [[1, 0, 0], [0, 1, 0]]
     assert landscape.zero.tolist() == [0, 0, 0]
-    assert landscape.radius == ABSOLUTE_RADIUS
+    assert landscape.radius == 1.0
     assert landscape.request == state.current.landscape_request != motion.request
 
 
@@ -326,9 +326,7 @@ def test_a_reset_of_what_is_reset_computes_no_landscape() -> None:
 
 def test_the_relative_window_is_as_wide_as_the_learned_mu_spread() -> None:
     _, works = update(FACTS, open_screen(), do.SetWindow("sd"))
-    assert landscapes(works)[0].radius == pytest.approx(
-        RELATIVE_RADIUS * MU.std(axis=0, ddof=1).mean()
-    )
+    assert landscapes(works)[0].radius == pytest.approx(0.7 * MU.std(axis=0, ddof=1).mean())
 
 
 # --- undo ---

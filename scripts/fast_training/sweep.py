@@ -1,0 +1,17 @@
+"""`rnnpb sweep` in the kernel: `python scripts/fast_training/sweep.py --data D --out DIR ...`.
+
+Takes the flags of `rnnpb sweep`; all cells run in this one process, on one core.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from packed_lstm import PackedTrainer
+
+from rnnpb_explorer.core import training
+from rnnpb_explorer.core.cli import main
+
+if __name__ == "__main__":
+    training.Trainer = PackedTrainer  # what a cell looks up when it runs
+    sys.exit(main(["sweep", *sys.argv[1:], "--jobs", "1"]))
