@@ -54,7 +54,8 @@ class PaddedTrainer(Trainer):
         target = pad_sequence(targets, batch_first=True)  # (N, T, J)
         mask = torch.arange(target.shape[1]) < lengths[:, None]
         rows = torch.cat([bucket.rows for bucket in self._buckets])
-        generated = frame_by_frame(self.model, pb[rows], target.shape[1])
+        (sample,) = pb  # (N, D), one for each motion
+        generated = frame_by_frame(self.model, sample[rows], target.shape[1])
         loss = ((generated - target) * mask[..., None]).square().sum() / self._frames
         loss.backward()
         return loss.item()
