@@ -71,6 +71,13 @@ _SET_VISIBLE = """([name, visible]) => {
     window.__viserSceneTree.getState()[name].overrideVisibility = visible ? undefined : false;
     window.__viserMutable.requestRender();
 }"""
+_ARROW_VISIBLE = """() => {
+    const mutable = window.__viserMutable;
+    let root = Object.values(mutable.nodeRefFromName).find((node) => node);
+    while (root.parent) root = root.parent;
+    mutable.requestRender();
+    return root.children.some((child) => child.type === 'ArrowHelper' && child.visible);
+}"""
 _LABEL = "(name) => window.__viserSceneTree.getState()[name]?.message.props.text"
 _TWO_FRAMES = """() => new Promise((done) => {
     window.__viserMutable.requestRender();
@@ -228,6 +235,11 @@ class ExplorerPage:
         text: str | None = self.page.evaluate(_LABEL, node)
         return text
 
+    def draw_drag_arrow(self) -> None:
+        """Have the page draw the arrow that viser shows while one drags, and a frame more."""
+        self.wait_for(lambda: self.page.evaluate(_ARROW_VISIBLE), "no arrow is drawn in the drag")
+        self.page.evaluate(_TWO_FRAMES)
+
     def alert(self, text: str) -> Locator:
         """The notification that holds this text."""
         return self.page.get_by_role("alert").filter(has_text=text)
@@ -272,11 +284,18 @@ class ExplorerPage:
         """Type into the number field of a slider."""
         self.field(label).fill(f"{value:g}")
 
-    def drag(self, start: Point, end: Point, steps: int = 8, frames: int = 0) -> None:
+    def drag(
+        self,
+        start: Point,
+        end: Point,
+        steps: int = 8,
+        held: Callable[[], None] = lambda: None,
+    ) -> None:
         """Press, move, release; slowly enough for viser's 50 ms between drag messages.
 
         Args:
-            frames: that the page must have drawn after each move, with the button held down.
+            held: done with the button still down after each move but the first, which viser still
+                takes for a click.
         """
         mouse = self.page.mouse
         mouse.move(*start)
@@ -286,8 +305,8 @@ class ExplorerPage:
             share = step / steps
             mouse.move(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
             self.page.wait_for_timeout(60)
-            for _ in range(frames):
-                self.page.evaluate(_TWO_FRAMES)
+            if step > 1:
+                held()
         mouse.up()
 
     def upload(self, name: str, content: bytes) -> None:
