@@ -216,6 +216,29 @@ def test_data_becomes_the_target_of_motions_with_its_names(
     assert facts.lengths == (12, 9, 15)
 
 
+def test_eye_colours_come_with_the_data(
+    tiny_model: RNNPB,
+    options: ServerOptions,
+    data_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    options = replace(options, data=str(data_folder))
+    assert describe_models((tiny_model,), options)[0].eyes == ()
+    track = np.zeros((9, 2, 8, 3), np.float32)
+    monkeypatch.setattr("rnnpb_explorer.app.server.load_eyes", lambda path: {"bow": track})
+    assert describe_models((tiny_model,), options)[0].eyes == (None, track, None)
+
+    def spoilt(path: str) -> None:
+        raise InputError("7 is no intensity")
+
+    monkeypatch.setattr("rnnpb_explorer.app.server.load_eyes", spoilt)
+    (facts,) = describe_models((tiny_model,), options)  # the motions are as good without
+    assert facts.eyes == ()
+    assert facts.data[1] is not None
+    assert "7 is no intensity" in caplog.text
+
+
 def test_data_of_another_number_of_motions_is_refused(
     nameless: RNNPB, options: ServerOptions, data_folder: Path
 ) -> None:

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.robot.eyes import EYE_COLUMNS, load_rebl_pepper_eyes, parse_eye_colors
+from rnnpb_explorer.robot.eyes import (
+    EYE_COLUMNS,
+    load_eyes,
+    load_rebl_pepper_eyes,
+    parse_eye_colors,
+)
 
 
 def _csv(columns: tuple[str, ...], rows: list[list[float]]) -> bytes:
@@ -53,3 +60,16 @@ def test_rebl_pepper_has_colours_for_every_frame(dataset: Dataset, shared_dir: o
     some = eyes["Happy_4"]
     assert 0 <= some.min() < some.max() <= 1
     np.testing.assert_array_equal(eyes["Happy_4_tr"][:, 0], some[:, 1])
+
+
+def test_a_folder_has_the_colours_of_the_motions_that_have_any(tmp_path: Path) -> None:
+    (tmp_path / "dark.csv").write_bytes(_csv(("HeadYaw",), [[0.1], [0.2]]))
+    (tmp_path / "lit.csv").write_bytes(_csv(("HeadYaw", *EYE_COLUMNS), [[0.1] + [0.5] * 48] * 2))
+    eyes = load_eyes(tmp_path)
+    assert list(eyes) == ["lit"]
+    assert eyes["lit"].shape == (2, 2, 8, 3)
+    rows = [["Happy_1", "0.1"] + ["0.5"] * 48] * 2
+    text = "\n".join(",".join(row) for row in [["id", "HeadYaw", *EYE_COLUMNS], *rows])
+    (tmp_path / "data_raw.csv").write_text(text)
+    for path in (tmp_path, tmp_path / "data_raw.csv"):
+        assert set(load_eyes(path)) == {"Happy_1", "Happy_1_tr"}
