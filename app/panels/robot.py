@@ -42,7 +42,7 @@ class SafetyLight:
         words = light_words(checked.report)
         missing = self._missing[state.active]
         if missing:
-            words += f"; {missing} joint{'s' if missing > 1 else ''} not on it"
+            words += f"; {missing} not on it"
         write(self._html, _light(LIGHTS[checked.report.light], words))
 
 

@@ -116,7 +116,7 @@ def test_the_light_is_of_the_active_model(gui: viser.GuiApi, arm: Robot) -> None
         state = after(PAIR, state, do.MotionChecked(model, result))
     light.show(state)
     assert "within the robot" in light._html.content
-    assert "1 joint not on it" in light._html.content  # the arm has no joint e
+    assert "; 1 not on it" in light._html.content  # the arm has no joint e
     light.show(after(PAIR, state, do.SelectModel(1)))
     assert "a little beyond" in light._html.content
 
