@@ -34,7 +34,7 @@ def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
     data.mkdir()
     for index, name in enumerate(("bend", "turn", "wave")):
         write_motion(recording(name, index), data / f"{name}.csv")
-    flags = ["--epochs", "40", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
+    flags = ["--epochs", "150", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
     assert main(["train", "--data", str(data), *flags, "--out", str(checkpoint)]) == 0
     robot = str(write_arm(folder))
     running = start(ServerOptions((str(checkpoint),), port=0, robot=robot, data=str(data)))
