@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..core.motion import Motion, format_motion
 from ..robot.description import Robot
 from ..robot.kinematics import size
-from ..robot.view import setup_stage
 from . import intents as do
 from .boards.landscape_view import LandscapeView
 from .boards.map_view import MapView
@@ -28,6 +27,7 @@ from .panels.view import ViewPanel
 from .robots import Robots
 from .stage import FOV, camera_position, stage_for
 from .state import AppState, ModelFacts, Notice
+from .studio import setup_stage
 
 PANEL_WIDTH = 320  # pixels
 # Six tabs in one row of so narrow a panel.

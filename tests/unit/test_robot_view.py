@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from collections.abc import Iterator
@@ -9,12 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 import viser
 
+from rnnpb_explorer.app.studio import FLOOR_OPAQUE, FLOOR_RADIUS, floor_glb, setup_stage
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, rotation_matrices
-from rnnpb_explorer.robot.view import TOLERANCE, RobotView, setup_stage
+from rnnpb_explorer.robot.view import TOLERANCE, RobotView
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +185,14 @@ def test_a_robot_without_eyes_shows_no_colours(scene: viser.SceneApi, tmp_path: 
     assert "/box/shape" in scene._handle_from_node_name
 
 
-def test_the_stage_has_a_floor_below_the_robot(scene: viser.SceneApi) -> None:
+def test_the_stage_has_a_floor_that_fades_out(scene: viser.SceneApi) -> None:
     setup_stage(scene)
     floor: Any = scene._handle_from_node_name["/stage/floor"]
-    assert floor.position[2] + floor.dimensions[2] / 2 == pytest.approx(0.0)
+    assert tuple(floor.position) == (0.0, 0.0, 0.0)
+    (mesh,) = trimesh.load(io.BytesIO(floor_glb()), file_type="glb").geometry.values()  # type: ignore[attr-defined]
+    assert not mesh.vertices[:, 2].any()
+    np.testing.assert_allclose(mesh.face_normals, [[0, 0, 1]] * len(mesh.faces), atol=1e-9)
+    alpha = mesh.visual.vertex_attributes["color"][:, 3]
+    radius = np.linalg.norm(mesh.vertices, axis=1)
+    assert (alpha[radius < FLOOR_OPAQUE + 1e-6] == 255).all()
+    assert (alpha[radius > FLOOR_RADIUS - 1e-6] == 0).all()
