@@ -77,7 +77,7 @@ def forearm() -> list[Surface]:
     solid = body(stations, rings=18, sides=36).apply_transform(ALONG["x"])
     ball = sphere(BALL + GAP, detail=3)
     # cut slantwise: the elbow bends towards -y
-    slant = cylinder("x", 0.08, 0.05, (-0.05, 0, 0)).apply_transform(turned("z", 38, (0.018, 0, 0)))
+    slant = cylinder("x", 0.08, 0.05, (-0.05, 0, 0)).apply_transform(turned("z", 38, (0.020, 0, 0)))
     return [surface(cut(solid, ball, slant), "white", crease=32)]
 
 

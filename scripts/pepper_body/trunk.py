@@ -195,8 +195,8 @@ def tablet() -> list[Surface]:
     """The screen on the chest, leaning back."""
     place = turned("y", -32, (0.106, 0, 0.193))
 
-    frame = slab(0.122, 0.083, 0.016, bevel=0.004, power=9.0).apply_translation((-0.008, 0, 0))
-    screen = slab(0.106, 0.066, 0.0012, bevel=0.0003, power=14.0)
+    frame = slab(0.110, 0.079, 0.016, bevel=0.004, power=9.0).apply_translation((-0.008, 0, 0))
+    screen = slab(0.095, 0.063, 0.0012, bevel=0.0003, power=14.0)
     screen.apply_translation((0.0076, 0, 0))
     arm = box((0.05, 0.09, 0.06), (-0.03, 0, -0.005))
     painted = ((frame, "white"), (screen, "screen"), (arm, "grey"))
