@@ -6,38 +6,20 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from arm import RECORDED_JOINTS, options_for_the_arm, recording
 
-from rnnpb_explorer.app.rnnpb import main
-from rnnpb_explorer.app.server import App, ServerOptions, start
+from rnnpb_explorer.app.server import App, start
 from rnnpb_explorer.app.session import Session
 from rnnpb_explorer.app.state import AppState
-from rnnpb_explorer.core.motion import Motion, format_motion, write_motion
+from rnnpb_explorer.core.motion import format_motion
 
-from .arm import write_arm
 from .wire_browser import TIMEOUT, WireBrowser
-
-JOINTS = ("a", "b", "c", "d", "e")  # the arm has no e
-FRAMES = 20
-
-
-def recording(name: str, phase: float) -> Motion:
-    t = np.linspace(0, 2 * np.pi, FRAMES)[:, None]
-    positions = 0.5 * np.sin(t + phase + np.arange(len(JOINTS)))
-    return Motion(name, JOINTS, positions.astype(np.float32))
 
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
     """The explorer with a model that `rnnpb train` made of three recordings, and with the arm."""
-    folder = tmp_path_factory.mktemp("arm")
-    data, checkpoint = folder / "data", folder / "mine.pt"
-    data.mkdir()
-    for index, name in enumerate(("bend", "turn", "wave")):
-        write_motion(recording(name, index), data / f"{name}.csv")
-    flags = ["--epochs", "150", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
-    assert main(["train", "--data", str(data), *flags, "--out", str(checkpoint)]) == 0
-    robot = str(write_arm(folder))
-    running = start(ServerOptions((str(checkpoint),), port=0, robot=robot, data=str(data)))
+    running = start(options_for_the_arm(tmp_path_factory.mktemp("arm")))
     yield running
     running.stop()
 
@@ -80,7 +62,7 @@ def html(browser: WireBrowser) -> str:
 def test_map_landscape_and_robot_are_there(
     app: App, browser: WireBrowser, session: Session
 ) -> None:
-    assert app.facts[0].joints == JOINTS
+    assert app.facts[0].joints == RECORDED_JOINTS
     assert app.facts[0].motions == ("bend", "turn", "wave")
     assert app.facts[0].data[0] is not None  # the recordings are the targets
     assert {"/boards/map", "/boards/landscape"} <= set(browser.nodes)

@@ -11,6 +11,7 @@ from threading import Event
 import numpy as np
 import pytest
 import torch
+from arm import write_arm
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.compute import Computations
@@ -26,8 +27,6 @@ from rnnpb_explorer.core.recognition import RecognitionConfig, recognize
 from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.importing import import_motion
 from rnnpb_explorer.robot.safety import check_motion
-
-from .arm import write_arm
 
 with TemporaryDirectory() as folder:
     ARM = load_robot(str(write_arm(Path(folder))))

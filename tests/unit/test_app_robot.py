@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import viser
+from arm import write_arm
 
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.panels.robot import (
@@ -34,7 +35,6 @@ from rnnpb_explorer.robot.eyes import EYE_COLUMNS
 from rnnpb_explorer.robot.safety import SafetyReport, Violation
 
 from .app_states import FACTS, JOINTS, after, make_facts, motions, open_screen, target_motion
-from .arm import write_arm
 
 PAIR = (make_facts(name="one"), make_facts(name="two"))
 TRACK = np.random.default_rng(0).random((10, 2, 8, 3)).astype(np.float32)

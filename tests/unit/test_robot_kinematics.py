@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yourdfpy
+from arm import write_arm
 from numpy.typing import NDArray
 
 from rnnpb_explorer.core.data import PEPPER_JOINTS
@@ -18,8 +19,6 @@ from rnnpb_explorer.robot.kinematics import (
     rotation_matrices,
     size,
 )
-
-from .arm import write_arm
 
 # Links of our Pepper and the published description's names for them.
 COUNTERPARTS = {

@@ -1,8 +1,17 @@
-"""A robot that is not Pepper: an arm of boxes and cylinders, described in one small file."""
+"""A robot that is not Pepper, and what one would record on it; shared by unit and browser tests.
+
+The arm is made of boxes and cylinders, described in one small file.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+import numpy as np
+
+from rnnpb_explorer.app.rnnpb import main
+from rnnpb_explorer.app.server import ServerOptions
+from rnnpb_explorer.core.motion import Motion, write_motion
 
 # Four joints that a model with the joints a to e moves, and a slide that it does not know.
 ARM = """<?xml version="1.0"?>
@@ -40,3 +49,25 @@ def write_arm(folder: Path) -> Path:
     path = folder / "arm.urdf"
     path.write_text(ARM.replace("{links}", links), encoding="utf-8")
     return path
+
+
+RECORDED_JOINTS = ("a", "b", "c", "d", "e")  # the arm has no e
+FRAMES = 20
+
+
+def recording(name: str, phase: float) -> Motion:
+    t = np.linspace(0, 2 * np.pi, FRAMES)[:, None]
+    positions = 0.5 * np.sin(t + phase + np.arange(len(RECORDED_JOINTS)))
+    return Motion(name, RECORDED_JOINTS, positions.astype(np.float32))
+
+
+def options_for_the_arm(folder: Path) -> ServerOptions:
+    """The arm, three recordings, and a model that `rnnpb train` made of them."""
+    data, checkpoint = folder / "data", folder / "mine.pt"
+    data.mkdir()
+    for index, name in enumerate(("bend", "turn", "wave")):
+        write_motion(recording(name, index), data / f"{name}.csv")
+    flags = ["--epochs", "150", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
+    assert main(["train", "--data", str(data), *flags, "--out", str(checkpoint)]) == 0
+    robot = str(write_arm(folder))
+    return ServerOptions((str(checkpoint),), port=0, robot=robot, data=str(data))

@@ -1,0 +1,38 @@
+"""Another robot, with a model of its own recordings, on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from arm import options_for_the_arm, recording
+from explorer_page import Open, agree
+
+from rnnpb_explorer.app.server import App, start
+from rnnpb_explorer.core.motion import format_motion
+
+ROBOT = "/robot-0"
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    running = start(options_for_the_arm(tmp_path_factory.mktemp("arm")))
+    yield running
+    running.stop()
+
+
+def test_an_arm_is_explored_and_recognises(arm: App, open_explorer: Open) -> None:
+    explorer = open_explorer(url=arm.url)
+    explorer.tab("Robot")
+    explorer.text("4 of the 5 joints of the model").wait_for()
+    explorer.click("Pause")
+    explorer.tab("Explore")
+    bent = explorer.still_poses(ROBOT)
+    with explorer.landscape_follows():
+        explorer.set_value("μ 1", explorer.value("μ 1") - 5)  # beyond the landscape's window
+    assert not agree(explorer.still_poses(ROBOT), bent), "the arm does not move"
+    explorer.tab("Recognise")
+    explorer.upload("new.csv", format_motion(recording("new", 0.5)).encode())
+    explorer.set_value("Iterations", 20)
+    explorer.click("Start")
+    explorer.text("Recognition done").wait_for()
