@@ -157,7 +157,9 @@ def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
 
 
 def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
-    state = replace(state, recognition=to.recognition, gesture="")
+    # Settings were not part of the gesture that is taken back: the next run keeps them.
+    recognition = to.recognition.with_settings_of(state.recognition)
+    state = replace(state, recognition=recognition, gesture="")
     state = _activate(facts, state, to.active)
     works: tuple[do.Work, ...] = ()
     for index, latent in enumerate(to.latents):

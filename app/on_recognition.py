@@ -59,16 +59,7 @@ def refuse_target(facts: Facts, state: AppState, intent: do.RefuseTarget) -> Upd
 def clear_target(facts: Facts, state: AppState, intent: do.ClearTarget) -> Update:
     state, works = stop_recognition(state)
     state = remember(state, "")
-    kept = state.recognition
-    state = replace(
-        state,
-        recognition=Recognition(
-            observed=kept.observed,
-            init=kept.init,
-            iterations=kept.iterations,
-            trials=kept.trials,
-        ),
-    )
+    state = replace(state, recognition=Recognition().with_settings_of(state.recognition))
     state, more = opening_work(facts, state)
     return state, works + more
 

@@ -7,7 +7,7 @@ beside the state.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -147,6 +147,16 @@ class Recognition:
     trial: int = 0  # the trial that is drawn
     shown: int | None = None  # the iteration scrubbed to; None follows the newest
     message: str = ""
+
+    def with_settings_of(self, other: Recognition) -> Recognition:
+        """This target and run, but what is set for the next run as in another recognition."""
+        return replace(
+            self,
+            observed=other.observed,
+            init=other.init,
+            iterations=other.iterations,
+            trials=other.trials,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,7 +63,7 @@ class Landscape:
 def plane(
     center: ArrayLike,
     directions: ArrayLike,
-    radius: float | tuple[float, float] = 1.0,
+    radius: float = 1.0,
     grid: int = 20,
     *,
     origin: ArrayLike = 0.0,
@@ -73,7 +73,7 @@ def plane(
     Args:
         center: (D,).
         directions: (2, D) orthonormal rows, the axes; (1, D) for a line.
-        radius: half of the window along both or each of the axes.
+        radius: half of the window along both axes.
         origin: (D,) where the axes' values are 0. With 0 and a unit vector e_k as direction they
             are values of mu_k; with a map's mean and components, coordinates of the map.
 
@@ -83,14 +83,13 @@ def plane(
     """
     middle = np.asarray(center, dtype=np.float64)
     axes = np.atleast_2d(np.asarray(directions, dtype=np.float64))
-    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), (2,))
-    offsets = [r * np.linspace(-1.0, 1.0, grid) for r in radii]
+    offsets = radius * np.linspace(-1.0, 1.0, grid)
     values = (middle - np.asarray(origin, dtype=np.float64)) @ axes.T
-    pbs = middle + offsets[0][None, :, None] * axes[0]  # (1, grid, D)
+    pbs = middle + offsets[None, :, None] * axes[0]  # (1, grid, D)
     if len(axes) == 1:
-        return pbs, values[0] + offsets[0], np.zeros(1)
-    pbs = pbs + offsets[1][:, None, None] * axes[1]
-    return pbs, values[0] + offsets[0], values[1] + offsets[1]
+        return pbs, values[0] + offsets, np.zeros(1)
+    pbs = pbs + offsets[:, None, None] * axes[1]
+    return pbs, values[0] + offsets, values[1] + offsets
 
 
 def window_radius(model: RNNPB, window: Window) -> float:
@@ -130,7 +129,7 @@ def landscape(
     *,
     directions: ArrayLike | None = None,
     axes: tuple[int, ...] = (0, 1),
-    radius: float | tuple[float, float] = 1.0,
+    radius: float = 1.0,
     grid: int = 20,
     origin: ArrayLike = 0.0,
     cancelled: Callable[[], bool] | None = None,
@@ -148,7 +147,7 @@ def landscape_stages(
     *,
     directions: ArrayLike | None = None,
     axes: tuple[int, ...] = (0, 1),
-    radius: float | tuple[float, float] = 1.0,
+    radius: float = 1.0,
     grid: int = 20,
     origin: ArrayLike = 0.0,
     cancelled: Callable[[], bool] | None = None,
@@ -188,7 +187,7 @@ class _Cells:
         center: ArrayLike,
         directions: ArrayLike | None,
         axes: tuple[int, ...],
-        radius: float | tuple[float, float],
+        radius: float,
         grid: int,
         origin: ArrayLike,
     ) -> None:

@@ -111,6 +111,8 @@ class Sweep:
 
     def recipe(self, cell: Cell) -> dict[str, Any]:
         """Everything that a cell's result depends on, as plain JSON values."""
+        from .training import ALGORITHM
+
         model, training = self.configs(cell)
         values = {
             "data_sha256": self._data_sha256,
@@ -118,6 +120,7 @@ class Sweep:
             "evaluation_seed": EVALUATION_SEED,
             **{f"model.{name}": value for name, value in asdict(model).items()},
             **{f"training.{name}": value for name, value in asdict(training).items()},
+            "training.algorithm": ALGORITHM,
         }
         plain: dict[str, Any] = json.loads(json.dumps(values))
         return plain

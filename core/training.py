@@ -23,6 +23,8 @@ from .model import RNNPB, ModelConfig, ModelInfo, kl_divergence
 from .muon import Muon
 
 GATES = 4  # of an LSTM, stacked in its weight matrices
+# Raised when a recipe begins to teach something else: what was half done before cannot go on.
+ALGORITHM = 2
 
 
 @dataclass(frozen=True)
@@ -204,6 +206,7 @@ class Trainer:
         """What `restore` needs to go on bit for bit, besides the model."""
         return {
             "training": asdict(self.training),
+            "algorithm": ALGORITHM,
             "epoch": self.epoch,
             "optimizers": {name: o.state_dict() for name, o in self._optimizers.items()},
             "schedules": {name: s.state_dict() for name, s in self._schedules.items()},
@@ -218,6 +221,8 @@ class Trainer:
         """
         if state.get("training") != asdict(self.training):
             raise InputError("the checkpoint was trained with another recipe, seed or epoch count")
+        if state.get("algorithm") != ALGORITHM:
+            raise InputError("the checkpoint was begun by a version that learns differently")
         if model.config != self.model.config or model.info.motions != self.model.info.motions:
             raise InputError("the checkpoint belongs to another model or other data")
         self.model.load_state_dict(model.state_dict())

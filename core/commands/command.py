@@ -94,6 +94,27 @@ def add_checkpoint(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_checkpoints(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ckpt",
+        required=True,
+        nargs="+",
+        action="extend",
+        metavar="C",
+        help="checkpoint files or names of shipped ones, in the order in which they are shown",
+    )
+
+
+def add_init(parser: argparse.ArgumentParser, default: str) -> None:
+    parser.add_argument(
+        "--init",
+        choices=("baseline", "learned", "random"),
+        default=default,
+        help="warm start of a recognition: mu = 0, the best learned mu, the best of random draws; "
+        f"default: {default}",
+    )
+
+
 def add_data(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
     parser.add_argument(
         "--data",

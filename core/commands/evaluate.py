@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from ..files import check_writable
-from .command import Command, add_data, add_device, add_seed, load_model, whole
+from .command import Command, add_checkpoints, add_data, add_device, add_seed, load_model, whole
 from .progress import progress_bar
 from .tables import (
     Row,
@@ -28,14 +28,7 @@ TASKS = ("reconstruction", "recognition", "structure")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--ckpt",
-        required=True,
-        nargs="+",
-        action="extend",
-        metavar="C",
-        help="checkpoint files or names of shipped ones",
-    )
+    add_checkpoints(parser)
     add_data(parser, required=True)
     parser.add_argument(
         "--task",

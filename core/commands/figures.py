@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from .command import Command, add_data, add_seed, load_model, whole
+from .command import Command, add_checkpoints, add_data, add_init, add_seed, load_model, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -36,14 +36,7 @@ MAX_MODELS = 8  # rows of a page
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--ckpt",
-        required=True,
-        nargs="+",
-        action="extend",
-        metavar="C",
-        help="checkpoint files or names of shipped ones, in the order of the panels",
-    )
+    add_checkpoints(parser)
     add_data(parser, required=True)
     parser.add_argument(
         "--motions",
@@ -56,12 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"motion of which Figs. 5 and 6 recognise a novel variant; default: {PATTERN_OF}, "
         "of other data the first motion",
     )
-    parser.add_argument(
-        "--init",
-        choices=("baseline", "learned", "random"),
-        default="baseline",
-        help="warm start of the recognitions in Figs. 5 and 6; default: baseline",
-    )
+    add_init(parser, default="baseline")
     parser.add_argument(
         "--iterations", type=whole(2, 100_000), default=100, help="of Figs. 5 and 6; default: 100"
     )

@@ -60,7 +60,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_radius,
         default=(1.0, "absolute"),
         metavar="r|r sd",
-        help="half of the window; 0.7sd is in standard deviations of the learned mu; default: 1.0",
+        help="half of the window; 0.7sd is in standard deviations of the learned mu, the mean over "
+        "components; default: 1.0",
     )
     parser.add_argument("--grid", type=whole(2, MAX_GRID), default=20, help="default: 20")
     add_data(parser)
@@ -124,7 +125,7 @@ def _window(
     import numpy as np
 
     from ..landscape import unit_directions
-    from ..latent_map import LatentMap
+    from ..latent_map import LatentMap, spread
 
     mu = model.mu.cpu().numpy()
     dimensions = model.config.pb_dim
@@ -141,15 +142,11 @@ def _window(
         directions = unit_directions(dimensions, axes)
         origin = np.zeros(dimensions)
     size, kind = radius
-    deviations = (mu @ directions.T).std(axis=0).tolist()
-    if kind == "sd" and not min(deviations) > 0:
-        raise InputError("--radius in sd: the learned mu do not vary along these axes")
-    both = [size * (deviation if kind == "sd" else 1.0) for deviation in deviations]
     return {
         "center": mu[index],
         "directions": directions,
         "origin": origin,
-        "radius": (both[0], both[-1]),
+        "radius": size * (spread(mu) if kind == "sd" else 1.0),
     }
 
 

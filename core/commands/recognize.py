@@ -14,6 +14,7 @@ from .command import (
     Command,
     add_checkpoint,
     add_device,
+    add_init,
     add_seed,
     add_unit,
     load_model,
@@ -35,12 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_checkpoint(parser)
     parser.add_argument("motion", metavar="x.csv", help="the motion to recognise")
     add_unit(parser)
-    parser.add_argument(
-        "--init",
-        choices=("baseline", "learned", "random"),
-        default="learned",
-        help="warm start: mu = 0, the best learned mu, the best of --candidates; default: learned",
-    )
+    add_init(parser, default="learned")
     parser.add_argument(
         "--candidates",
         type=whole(1, MAX_CANDIDATES),

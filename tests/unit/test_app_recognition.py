@@ -407,6 +407,15 @@ def test_undo_goes_back_to_before_the_run_and_redo_to_its_end() -> None:
     np.testing.assert_allclose(state.current.latent.mu, BEST_PB)
 
 
+def test_undo_and_redo_leave_the_settings_of_the_next_run() -> None:
+    state = after(FACTS, finished(), do.SetMu(0, 0.4), do.SetRecognitionOption("observed", 0.5))
+    state = after(FACTS, state, do.Undo())
+    assert state.recognition.trace is not None
+    assert state.recognition.observed == 0.5
+    state = after(FACTS, state, do.SetRecognitionOption("trials", 7), do.Redo())
+    assert state.recognition.trials == 7
+
+
 @pytest.mark.parametrize(
     "intent",
     [do.SetMu(0, 0.4), do.CancelRecognition(), do.RestoreCode("rnnpb1-x"), do.StartRecognition()],

@@ -19,7 +19,7 @@ from rnnpb_explorer.core import (
     write_motion,
 )
 from rnnpb_explorer.core.figures.landscapes import draw_landscape
-from rnnpb_explorer.core.latent_map import LatentMap
+from rnnpb_explorer.core.latent_map import LatentMap, spread
 from rnnpb_explorer.core.model import ModelConfig, ModelInfo
 
 from .cli_harness import Rnnpb
@@ -54,9 +54,9 @@ def test_landscape_npz(rnnpb: Rnnpb) -> None:
 def test_landscape_on_principal_components(rnnpb: Rnnpb) -> None:
     result = npz(rnnpb, *BOW, "--axes", "pca", "--radius", "0.5sd", "--out", "L.npz")
     latent_map = LatentMap.fit(rnnpb.model.mu.numpy())
-    middle, reach = latent_map.points[1], 0.5 * latent_map.scale
+    middle, reach = latent_map.points[1], 0.5 * spread(rnnpb.model.mu.numpy())
     for k, axis in enumerate(("x", "y")):
-        ends = [middle[k] - reach[k], middle[k] + reach[k]]
+        ends = [middle[k] - reach, middle[k] + reach]
         np.testing.assert_allclose(result[axis][[0, -1]], ends, atol=1e-5)
 
 

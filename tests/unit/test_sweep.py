@@ -322,6 +322,14 @@ def test_a_failing_cell_leaves_the_others_alone(
 # Refused
 
 
+def test_a_cell_of_another_version(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = ("--pb-dims", 2, "--conditions", "strong")
+    swept(rnnpb, *one)
+    monkeypatch.setattr("rnnpb_explorer.core.training.ALGORITHM", 99)
+    said = rnnpb.refuses("sweep", *SMALL, "--out", "cells", *one)
+    assert "with another recipe, training algorithm 2 and not 99; another folder" in said
+
+
 @pytest.mark.parametrize(
     ("flags", "words"),
     [

@@ -156,6 +156,8 @@ def test_does_not_resume_another_run(waves: Dataset) -> None:
         Trainer(waves, SMALL, replace(RECIPE, seed=9)).restore(trainer.model, state)
     with pytest.raises(InputError, match="another model or other data"):
         Trainer(waves, replace(SMALL, hidden_size=13), RECIPE).restore(trainer.model, state)
+    with pytest.raises(InputError, match="begun by a version"):
+        Trainer(waves, SMALL, RECIPE).restore(trainer.model, state | {"algorithm": 1})
 
 
 @pytest.mark.parametrize("behavior", ["stochastic", "deterministic"])
