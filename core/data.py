@@ -45,6 +45,8 @@ PEPPER_JOINTS = (
     "RShoulderRoll",
     "RWristYaw",
 )
+EYE_LEDS = 8  # around each eye; a column each for the intensities of red, green and blue
+EYE_COLUMNS = tuple(f"{side}{led}{c}" for side in "RL" for led in range(EYE_LEDS) for c in "RGB")
 # Joints whose axis lies in or normal to the sagittal plane turn the other way in a mirror.
 _SIGN_FLIPPED = {"HeadYaw", "HipRoll"} | {
     side + joint for side in "LR" for joint in ("ShoulderRoll", "ElbowRoll", "ElbowYaw", "WristYaw")
@@ -221,7 +223,7 @@ def _joints(file: Path) -> tuple[str, ...]:
     names = table.first.cells
     if set(PEPPER_JOINTS) <= set(names):
         return PEPPER_JOINTS
-    joints = tuple(name for name in names if name.lower() not in _NO_JOINTS)
+    joints = tuple(n for n in names if n.lower() not in _NO_JOINTS and n not in EYE_COLUMNS)
     if not joints:
         raise InputError(f"{file.name} names no joints in its header")
     return joints

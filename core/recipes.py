@@ -26,8 +26,8 @@ RECIPES = {
     # them between two of their kind, scales them down each time, and lets the KL term win.
     "strong": Recipe(ModelConfig(beta=1e-3), TrainingConfig(epochs=6000, samples=2, beta2=0.999)),
     "weak": Recipe(ModelConfig(beta=1e-6), TrainingConfig(epochs=7000)),
-    # Nothing holds sigma up; at the rate of mu it would end at a tenth of the published one's.
-    "zero": Recipe(ModelConfig(beta=0.0), TrainingConfig(epochs=9000, sigma_rate_factor=1.0)),
+    # Nothing holds sigma up; at twice the rate of mu it would end at a tenth of the published.
+    "zero": Recipe(ModelConfig(beta=0.0), TrainingConfig(epochs=9000, sigma_rate_factor=0.5)),
     "deterministic": Recipe(
         ModelConfig(behavior="deterministic", beta=None), TrainingConfig(epochs=5000)
     ),

@@ -14,12 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.csv_table import CsvTable, Row, read_csv_bytes
-from ..core.data import MAX_DATA_BYTES, MIRROR_SUFFIX
+from ..core.data import EYE_COLUMNS, EYE_LEDS, MAX_DATA_BYTES, MIRROR_SUFFIX
 from ..core.errors import InputError
 from ..core.motion import MAX_CSV_BYTES
-
-LEDS = 8  # an eye
-EYE_COLUMNS = tuple(f"{side}{led}{c}" for side in "RL" for led in range(LEDS) for c in "RGB")
 
 
 def parse_eye_colors(content: bytes, source: str = "the file") -> NDArray[np.float32] | None:
@@ -94,4 +91,4 @@ def _intensities(table: CsvTable, row: Row, columns: Sequence[int]) -> list[floa
 
 
 def _track(frames: list[list[float]]) -> NDArray[np.float32]:
-    return np.array(frames, dtype=np.float32).reshape(-1, 2, LEDS, 3)
+    return np.array(frames, dtype=np.float32).reshape(-1, 2, EYE_LEDS, 3)

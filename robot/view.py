@@ -8,14 +8,14 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ..core.data import EYE_LEDS
 from .description import Robot
-from .eyes import LEDS
 from .kinematics import JointPoses, joint_poses, quaternions
 from .meshes import Rgb, Shape, to_glb
 
 # Below what a screen shows (0.1 mm at 1 m); a joint of a motion often rests like that.
 TOLERANCE = 1e-4
-EYE_LINKS = tuple(f"{side}_eye_led_{led}" for side in "rl" for led in range(LEDS))
+EYE_LINKS = tuple(f"{side}_eye_led_{led}" for side in "rl" for led in range(EYE_LEDS))
 EYE_GLOW = (0.28, 0.68, 1.0)  # of eyes that nothing colours
 EYE_DARK = 0.17  # an LED that is off is a grey cap, not a hole
 
@@ -80,7 +80,7 @@ class RobotView:
             np.asarray(mesh.faces, dtype=np.uint32),
             batched_wxyzs=quaternions(relative[:, :3, :3]),
             batched_positions=relative[:, :3, 3],
-            batched_colors=_eye_rgb(np.tile(EYE_GLOW, (2, LEDS, 1))),
+            batched_colors=_eye_rgb(np.tile(EYE_GLOW, (2, EYE_LEDS, 1))),
             opacity=opacity,
             lod="off",
             cast_shadow=False,
@@ -98,7 +98,7 @@ class RobotView:
             return
         # viser sends an array only when it differs from the last
         self._eyes.batched_colors = _eye_rgb(
-            np.tile(EYE_GLOW, (2, LEDS, 1)) if colors is None else colors
+            np.tile(EYE_GLOW, (2, EYE_LEDS, 1)) if colors is None else colors
         )
 
     @property

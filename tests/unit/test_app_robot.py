@@ -28,10 +28,10 @@ from rnnpb_explorer.app.transitions import Facts, eyes_of
 from rnnpb_explorer.app.update import update
 from rnnpb_explorer.app.uploads import read_upload
 from rnnpb_explorer.app.words import export_summary, light_words, safety_lines
+from rnnpb_explorer.core.data import EYE_COLUMNS
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.export import export_motion
-from rnnpb_explorer.robot.eyes import EYE_COLUMNS
 from rnnpb_explorer.robot.safety import SafetyReport, Violation
 
 from .app_states import FACTS, JOINTS, after, make_facts, motions, open_screen, target_motion

@@ -144,8 +144,9 @@ def test_folder_of_motions(tmp_path: Path) -> None:
     ("header", "joints"),
     [
         (",a,b", ("a", "b")),
+        ("R0R,a,L7B,b", ("a", "b")),  # LEDs are no joints
         ("id,a,Time,b,Unnamed: 0", ("a", "b")),
-        ("R0R," + ",".join(reversed(PEPPER_JOINTS)), PEPPER_JOINTS),  # LEDs are no joints
+        ("R0R," + ",".join(reversed(PEPPER_JOINTS)), PEPPER_JOINTS),
     ],
 )
 def test_a_folders_joints_stand_in_its_headers(

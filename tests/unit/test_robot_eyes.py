@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core.data import Dataset
+from rnnpb_explorer.core.data import EYE_COLUMNS, Dataset
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.robot.eyes import (
-    EYE_COLUMNS,
     load_eyes,
     load_rebl_pepper_eyes,
     parse_eye_colors,
