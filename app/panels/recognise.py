@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -86,6 +87,7 @@ class RecognisePanel:
             height=170,
             visible=False,
         )
+        self._reading = asyncio.Lock()
         self._drawn: RecognitionTrace | None = None
         self._drawn_trial = -1
         self._trace: RecognitionTrace | None = None
@@ -93,8 +95,11 @@ class RecognisePanel:
     # --- what a person does (viser's event loop: parse and hand on) ---
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         file = event.target.value
-        self._send(read_upload(file.name, file.content, self._facts[self._active]))
-        file.content = b""  # the handle keeps the file: let go of its bytes
+        content, file.content = file.content, b""  # the handle keeps the file: not its bytes, too
+        facts = self._facts[self._active]
+        async with self._reading:  # the last upload counts, even if it is read sooner
+            # A large file takes half a second, in which nobody else should have to wait.
+            self._send(await asyncio.to_thread(read_upload, file.name, content, facts))
 
     def _choose_example(self, name: str) -> None:
         if name in self._examples:
