@@ -24,7 +24,19 @@ RECIPES = {
     # sigma is large: most of a gradient is noise, much of which cancels in mirrored pairs, and a
     # few far samples make most of the error. A short memory of squared gradients (beta2) forgets
     # them between two of their kind, scales them down each time, and lets the KL term win.
-    "strong": Recipe(ModelConfig(beta=1e-3), TrainingConfig(epochs=6000, samples=2, beta2=0.999)),
+    # Slower weights and quicker mu: the faster the weights, the more ragged the latent space.
+    "strong": Recipe(
+        ModelConfig(beta=1e-3),
+        TrainingConfig(
+            epochs=9000,
+            samples=2,
+            recurrent_rate=0.02,
+            learning_rate=0.006,
+            pb_rate_factor=4.0,
+            sigma_rate_factor=4.0,
+            beta2=0.999,
+        ),
+    ),
     "weak": Recipe(ModelConfig(beta=1e-6), TrainingConfig(epochs=7000)),
     # Nothing holds sigma up; at twice the rate of mu it would end at a tenth of the published.
     "zero": Recipe(ModelConfig(beta=0.0), TrainingConfig(epochs=9000, sigma_rate_factor=0.5)),
