@@ -10,7 +10,7 @@ import sys
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -108,6 +108,19 @@ def _seeds(text: str) -> tuple[int, ...]:
     return tuple(range(whole(1, MAX_SEEDS)(text)))
 
 
+@dataclass
+class _SoFar:
+    """What has become of the cells; filled as they come in."""
+
+    cells: Sequence[Cell]
+    results: dict[Cell, Result]
+    failures: dict[Cell, str] = field(default_factory=dict)
+
+    @property
+    def missing(self) -> list[Cell]:
+        return [cell for cell in self.cells if cell not in self.results]
+
+
 def run(arguments: argparse.Namespace) -> None:
     _check_flags(arguments)
     from ..data import load_dataset
@@ -123,19 +136,19 @@ def run(arguments: argparse.Namespace) -> None:
         keep_checkpoints=arguments.keep_checkpoints,
     )
     # Every file is looked at before the first cell is run: a folder of another sweep shows at once.
-    results = {cell: found for cell in cells if (found := sweep.finished(cell))}
-    before = len(results)
-    failures: dict[Cell, str] = {}
-    if before < len(cells) and not arguments.collect:
-        _run_missing(sweep, cells, results, failures, arguments)
-    _report(sweep, cells, results, failures, arguments)
+    so_far = _SoFar(cells, {cell: found for cell in cells if (found := sweep.finished(cell))})
+    before = len(so_far.results)
+    if so_far.missing and not arguments.collect:
+        _run_missing(sweep, so_far, arguments)
+    _report(sweep, so_far, arguments)
     print(
-        f"{len(cells)} cells: {len(results) - before} run now, {before} finished before, "
-        f"{len(cells) - len(results)} missing; kept in {arguments.out}"
+        f"{len(cells)} cells: {len(so_far.results) - before} run now, {before} finished before, "
+        f"{len(so_far.missing)} missing; kept in {arguments.out}"
     )
-    if failures:
+    if so_far.failures:
         raise InputError(
-            f"{len(failures)} of {len(cells)} cells failed; the same command tries them again"
+            f"{len(so_far.failures)} of {len(cells)} cells failed; "
+            "the same command tries them again"
         )
 
 
@@ -162,20 +175,13 @@ def _folder(out: str) -> Path:
     return path
 
 
-def _run_missing(
-    sweep: Sweep,
-    cells: Sequence[Cell],
-    results: dict[Cell, Result],
-    failures: dict[Cell, str],
-    arguments: argparse.Namespace,
-) -> None:
-    """Run what is not in `results` yet; both mappings are filled as cells come in."""
-    missing = [cell for cell in cells if cell not in results]
+def _run_missing(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) -> None:
+    cells, results, failures = so_far.cells, so_far.results, so_far.failures
     try:
         with (
             _sigterm_interrupts(),
             progress_bar("{task.fields[failed]}") as bar,
-            closing(_attempts(sweep, missing, arguments)) as attempts,
+            closing(_attempts(sweep, so_far.missing, arguments)) as attempts,
         ):
             task = bar.add_task("cells", total=len(cells), completed=len(results), failed="")
             for done in attempts:
@@ -237,14 +243,9 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _report(
-    sweep: Sweep,
-    cells: Sequence[Cell],
-    results: dict[Cell, Result],
-    failures: dict[Cell, str],
-    arguments: argparse.Namespace,
-) -> None:
+def _report(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) -> None:
     """Print Table I, and write it where it is asked for."""
+    cells, results, failures = so_far.cells, so_far.results, so_far.failures
     entries = table(cells, results, failures)
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else math.inf
     motions = len(sweep.dataset.motions)
