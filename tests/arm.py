@@ -61,13 +61,16 @@ def recording(name: str, phase: float) -> Motion:
     return Motion(name, RECORDED_JOINTS, positions.astype(np.float32))
 
 
-def options_for_the_arm(folder: Path) -> ServerOptions:
-    """The arm, three recordings, and a model that `rnnpb train` made of them."""
-    data, checkpoint = folder / "data", folder / "mine.pt"
+def options_for_the_arm(folder: Path, recipes: tuple[str, ...] = ("zero",)) -> ServerOptions:
+    """The arm, three recordings, and models that `rnnpb train` made of them."""
+    data = folder / "data"
     data.mkdir()
     for index, name in enumerate(("bend", "turn", "wave")):
         write_motion(recording(name, index), data / f"{name}.csv")
-    flags = ["--epochs", "150", "--hidden-size", "16", "--pb-dim", "2", "--beta", "0"]
-    assert main(["train", "--data", str(data), *flags, "--out", str(checkpoint)]) == 0
+    small = ("--epochs", "150", "--hidden-size", "16", "--pb-dim", "2")
+    checkpoints = tuple(str(folder / f"{recipe}.pt") for recipe in recipes)
+    for recipe, out in zip(recipes, checkpoints, strict=True):
+        flags = ("--data", str(data), "--recipe", recipe, *small, "--out", out)
+        assert main(["train", *flags]) == 0
     robot = str(write_arm(folder))
-    return ServerOptions((str(checkpoint),), port=0, robot=robot, data=str(data))
+    return ServerOptions(checkpoints, port=0, robot=robot, data=str(data))

@@ -11,26 +11,31 @@ from explorer_page import Open, agree
 from rnnpb_explorer.app.server import App, start
 from rnnpb_explorer.core.motion import format_motion
 
-ROBOT = "/robot-0"
+ROBOT, SECOND = "/robot-0", "/robot-1"
 
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
-    running = start(options_for_the_arm(tmp_path_factory.mktemp("arm")))
+    folder = tmp_path_factory.mktemp("arm")
+    running = start(options_for_the_arm(folder, ("zero", "deterministic")))
     yield running
     running.stop()
 
 
-def test_an_arm_is_explored_and_recognises(arm: App, open_explorer: Open) -> None:
+def test_two_models_of_an_arm_are_compared_and_one_recognises(
+    arm: App, open_explorer: Open
+) -> None:
     explorer = open_explorer(url=arm.url)
     explorer.tab("Robot")
     explorer.text("4 of the 5 joints of the model").wait_for()
     explorer.click("Pause")
     explorer.tab("Explore")
-    bent = explorer.still_poses(ROBOT)
+    bent, other = explorer.still_poses(ROBOT), explorer.still_poses(SECOND)
+    assert [explorer.label(f"/names/{spot}") for spot in (0, 1)] == ["zero", "deterministic"]
     with explorer.landscape_follows():
         explorer.set_value("μ 1", explorer.value("μ 1") - 5)  # beyond the landscape's window
     assert not agree(explorer.still_poses(ROBOT), bent), "the arm does not move"
+    assert agree(explorer.still_poses(SECOND), other), "the other model's arm moves, too"
     explorer.tab("Recognise")
     explorer.upload("new.csv", format_motion(recording("new", 0.5)).encode())
     explorer.set_value("Iterations", 20)
