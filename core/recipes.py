@@ -23,18 +23,19 @@ class Recipe:
 RECIPES = {
     # sigma is large: most of a gradient is noise, much of which cancels in mirrored pairs, and a
     # few far samples make most of the error. A short memory of squared gradients (beta2) forgets
-    # them between two of their kind, scales them down each time, and lets the KL term win.
-    # Slower weights and quicker mu: the faster the weights, the more ragged the latent space.
+    # them between two of their kind, scales them down each time, and lets the KL term win. While
+    # the motions find their places, that makes a smoother space; afterwards, a larger error. Slow
+    # weights and quick mu help the motions to find their places, too.
     "strong": Recipe(
         ModelConfig(beta=1e-3),
         TrainingConfig(
-            epochs=9000,
+            epochs=7000,
             samples=2,
             recurrent_rate=0.02,
             learning_rate=0.006,
             pb_rate_factor=4.0,
             sigma_rate_factor=4.0,
-            beta2=0.999,
+            late_beta2=0.999,
         ),
     ),
     "weak": Recipe(ModelConfig(beta=1e-6), TrainingConfig(epochs=7000)),

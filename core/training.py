@@ -25,6 +25,7 @@ from .muon import Muon
 GATES = 4  # of an LSTM, stacked in its weight matrices
 # Raised when a recipe begins to teach something else: what was half done before cannot go on.
 ALGORITHM = 2
+MOMENTUM = 0.9  # Adam's
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class TrainingConfig:
     )
     sigma_rate_factor: float = 2.0  # log sigma^2
     momentum: float = 0.95  # Muon's
-    beta2: float = 0.98  # Adam's
+    beta2: float = 0.98  # Adam's, in the first half of a run,
+    late_beta2: float = 0.98  # and in the second
     max_gradient_norm: float = 1.0  # of the network's weights
     warm_up_epochs: int = 50
     max_bucket_padding: float = 0.05  # frames of padding a bucket may hold, as a share
@@ -120,7 +122,7 @@ class Trainer:
         if model.stochastic:
             groups.append({"params": [model.log_var], "lr": rate * training.sigma_rate_factor})
         self._optimizers: dict[str, torch.optim.Optimizer] = {
-            "adam": torch.optim.Adam(groups, rate, (0.9, training.beta2)),
+            "adam": torch.optim.Adam(groups, rate),
             "muon": Muon([model.weight_hidden], training.recurrent_rate, training.momentum, GATES),
         }
         self._schedules = {
@@ -168,6 +170,10 @@ class Trainer:
         # A PB's gradient is its own motion's. If it were clipped, too, the rare large ones of far
         # samples would count for too little against the KL term, and sigma would grow.
         limit = self.training.max_gradient_norm
+        late = self.epoch >= self.training.epochs // 2
+        beta2 = self.training.late_beta2 if late else self.training.beta2
+        for group in self._optimizers["adam"].param_groups:
+            group["betas"] = (MOMENTUM, beta2)
         norm = torch.nn.utils.clip_grad_norm_(model.network_parameters(), limit)
         for name, optimizer in self._optimizers.items():
             # A closed loop can amplify a sample's gradient beyond any number; that epoch is lost,

@@ -148,6 +148,23 @@ def test_resumes_bit_for_bit_through_a_file(waves: Dataset, tmp_path: Path) -> N
     assert_same_bits(resumed.model, straight.model)
 
 
+def test_resumes_bit_for_bit_where_the_memory_of_adam_changes(waves: Dataset) -> None:
+    recipe = replace(RECIPE, late_beta2=0.999)
+    straight = Trainer(waves, SMALL, recipe)
+    losses = [progress.loss for progress in straight.run()]
+    unchanged = [progress.loss for progress in Trainer(waves, SMALL, RECIPE).run()]
+    half = RECIPE.epochs // 2
+    assert losses[: half + 1] == unchanged[: half + 1]  # an epoch's loss is that before its step
+    assert losses[half + 1] != unchanged[half + 1]
+    interrupted = Trainer(waves, SMALL, recipe)
+    for progress in interrupted.run():
+        if progress.epoch == half:
+            break
+    resumed = Trainer(waves, SMALL, recipe)
+    resumed.restore(interrupted.model, interrupted.state())
+    assert [progress.loss for progress in resumed.run()] == losses[half:]
+
+
 def test_does_not_resume_another_run(waves: Dataset) -> None:
     trainer = Trainer(waves, SMALL, RECIPE)
     next(trainer.run())
