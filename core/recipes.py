@@ -39,7 +39,7 @@ RECIPES = {
         ),
     ),
     "weak": Recipe(ModelConfig(beta=1e-6), TrainingConfig(epochs=7000)),
-    # Nothing holds sigma up; at twice the rate of mu it would end at a tenth of the published.
+    # Nothing holds sigma up; at the rate of mu it would end at a tenth of the published one's.
     "zero": Recipe(ModelConfig(beta=0.0), TrainingConfig(epochs=9000, sigma_rate_factor=0.5)),
     "deterministic": Recipe(
         ModelConfig(behavior="deterministic", beta=None), TrainingConfig(epochs=5000)
