@@ -98,10 +98,10 @@ def test_pearson_leaves_constant_joints_out() -> None:
 
 def test_every_cell_is_where_it_says(tiny_model: RNNPB, target: Array) -> None:
     center = tiny_model.mu[1].numpy()
-    picture = landscape(tiny_model, target, center, axes=(2, 0), radius=(0.5, 1.5), grid=7)
+    picture = landscape(tiny_model, target, center, axes=(2, 0), radius=1.5, grid=7)
     assert picture.correlation.shape == (7, 7)
     assert picture.correlation.dtype == np.float32
-    np.testing.assert_allclose(picture.x, center[2] + np.linspace(-0.5, 0.5, 7))
+    np.testing.assert_allclose(picture.x, center[2] + np.linspace(-1.5, 1.5, 7))
     np.testing.assert_allclose(picture.y, center[0] + np.linspace(-1.5, 1.5, 7))
     for row in range(7):
         for column in range(7):
