@@ -15,16 +15,16 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from .data import Dataset
 from .errors import InputError
 from .model import RNNPB, ModelConfig, ModelInfo, kl_divergence
-from .muon import Muon
 
 GATES = 4  # of an LSTM, stacked in its weight matrices
-# Raised when a recipe begins to teach something else: what was half done before cannot go on.
-ALGORITHM = 2
+# Raised when a recipe begins to teach something else, or its state changes: what was half done
+# before cannot go on.
+ALGORITHM = 3
 MOMENTUM = 0.9  # Adam's
 
 
@@ -121,9 +121,15 @@ class Trainer:
         ]
         if model.stochastic:
             groups.append({"params": [model.log_var], "lr": rate * training.sigma_rate_factor})
+        # Muon orthogonalises the step of a whole parameter, but the four gates are four maps that
+        # share one. These lie in its memory: a step on them is a step on it.
+        gates = model.weight_hidden.detach().chunk(GATES)
+        self._gate_weights = [nn.Parameter(gate) for gate in gates]  # (H, H) each
         self._optimizers: dict[str, torch.optim.Optimizer] = {
             "adam": torch.optim.Adam(groups, rate),
-            "muon": Muon([model.weight_hidden], training.recurrent_rate, training.momentum, GATES),
+            "muon": torch.optim.Muon(
+                self._gate_weights, training.recurrent_rate, 0.0, training.momentum
+            ),
         }
         self._schedules = {
             name: torch.optim.lr_scheduler.LambdaLR(optimizer, self._rate)
@@ -174,7 +180,11 @@ class Trainer:
         beta2 = self.training.late_beta2 if late else self.training.beta2
         for group in self._optimizers["adam"].param_groups:
             group["betas"] = (MOMENTUM, beta2)
-        norm = torch.nn.utils.clip_grad_norm_(model.network_parameters(), limit)
+        norm = nn.utils.clip_grad_norm_(model.network_parameters(), limit)
+        gradient = model.weight_hidden.grad
+        assert gradient is not None
+        for weight, gate in zip(self._gate_weights, gradient.chunk(GATES), strict=True):
+            weight.grad = gate
         for name, optimizer in self._optimizers.items():
             # A closed loop can amplify a sample's gradient beyond any number; that epoch is lost,
             # the run is not.
@@ -257,7 +267,7 @@ def _make_buckets(
 
 def _make_bucket(dataset: Dataset, rows: Sequence[int], device: torch.device | str) -> _Bucket:
     motions = [torch.from_numpy(dataset.motions[row].positions) for row in rows]
-    target = torch.nn.utils.rnn.pad_sequence(motions, batch_first=True)  # (B, T, J)
+    target = nn.utils.rnn.pad_sequence(motions, batch_first=True)  # (B, T, J)
     lengths = torch.tensor([len(motion) for motion in motions])
     mask = (torch.arange(target.shape[1]) < lengths[:, None])[..., None].float()
     return _Bucket(torch.tensor(rows, device=device), target.to(device), mask.to(device))

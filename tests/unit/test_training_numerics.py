@@ -80,6 +80,20 @@ def test_an_epoch_follows_the_published_loss(waves: Dataset, behavior: str) -> N
             torch.testing.assert_close(trained.grad, plain.grad, rtol=1e-4, atol=1e-7, msg=name)
 
 
+def test_the_recurrent_weights_of_each_gate_step_by_an_orthogonal_matrix(waves: Dataset) -> None:
+    """Muon: every direction of a gate's weights moves by about the rate, however small its share
+    of the gradient; the four gates of the one matrix do not share that length between them."""
+    trainer = Trainer(waves, SMALL, RECIPE)
+    before = trainer.model.weight_hidden.detach().clone()
+    next(trainer.run())
+    rate = RECIPE.recurrent_rate / RECIPE.warm_up_epochs  # of the first epoch
+    steps = (before - trainer.model.weight_hidden.detach()).chunk(4)
+    for name, step in zip("ifgo", steps, strict=True):
+        largest = torch.linalg.svdvals(step)[: SMALL.hidden_size // 2] / rate
+        assert largest.min() > 0.6, name
+        assert largest.max() < 1.3, name
+
+
 def test_samples_are_averaged_in_mirrored_pairs(waves: Dataset) -> None:
     trainer = Trainer(waves, SMALL, replace(RECIPE, samples=3))
     with torch.no_grad():
