@@ -1,5 +1,5 @@
 # make explore   set up (first time) and start the app        ARGS="--ckpt weak.pt --port 9000"
-# make test      every test, those in a real browser included  ARGS="tests/core -k landscape"
+# make test      every test, those in a real browser included  ARGS="tests/unit -k landscape"
 # make check     format, lint, types
 # make bench     what is fast, measured
 # make clean     remove everything that was built, the environment included

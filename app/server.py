@@ -15,11 +15,11 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import torch
 import viser
 
 from ..core.checkpoint import load_checkpoint
 from ..core.data import Dataset, load_dataset
+from ..core.device import choose_device
 from ..core.errors import InputError
 from ..core.latent_map import LatentMap
 from ..core.model import RNNPB, UNKNOWN_LENGTH
@@ -131,11 +131,7 @@ def start(options: ServerOptions) -> App:
 def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
     if not 1 <= len(options.checkpoints) <= MAX_MODELS:
         raise InputError(f"from 1 to {MAX_MODELS} checkpoints, got {len(options.checkpoints)}")
-    device = options.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
-    if device == "cuda" and not torch.cuda.is_available():
-        raise InputError("no CUDA device here; use --device cpu")
+    device = choose_device(options.device)
     return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import torch
 
-from rnnpb_explorer.core import load_checkpoint
+from rnnpb_explorer.core import InputError, load_checkpoint
 
 
 def main() -> None:
@@ -22,7 +22,13 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}")
     parser.add_argument("--ckpt", default="strong", help="a path or the name of a shipped one")
     arguments = parser.parse_args()
-    model = load_checkpoint(arguments.ckpt)
+    for name in arguments.names:
+        if name not in known:
+            parser.error(f"no benchmark {name!r}; there are: {', '.join(known)}")
+    try:
+        model = load_checkpoint(arguments.ckpt)
+    except InputError as error:
+        parser.error(str(error))
     print(f"torch {torch.__version__}, {torch.get_num_threads()} threads")
     for name in arguments.names or known:
         print(importlib.import_module(f"bench_{name}").run(model), flush=True)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from .checkpoint_content import FORMAT, from_content, from_published, to_content
+from .checkpoint_content import FORMAT, check_readable, from_content, from_published, to_content
 from .errors import InputError
 from .files import replacing
 from .model import RNNPB
@@ -105,6 +105,23 @@ def read_plain(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise InputError(f"{path} is no RNNPB checkpoint")
     return content
+
+
+def check_savable(model: RNNPB) -> None:
+    """Whether `load_checkpoint` will read what is saved of a training; asked before it begins.
+
+    Raises:
+        InputError: too many units or motions, or names that it would refuse.
+    """
+    check_readable(model)
+    numbers = sum(parameter.numel() for parameter in model.parameters())
+    # An interrupted run keeps each weight and what Adam knows of it, its two moments.
+    size = 3 * numbers * torch.float32.itemsize
+    if size > MAX_CHECKPOINT_BYTES:
+        raise InputError(
+            f"a model of this size takes {size / 1e6:.0f} MB to resume, and files of more than "
+            f"{MAX_CHECKPOINT_BYTES / 1e6:g} MB are not read; fewer hidden units will do"
+        )
 
 
 def save_checkpoint(

@@ -38,6 +38,16 @@ def to_content(model: RNNPB) -> dict[str, Any]:
     }
 
 
+def check_readable(model: RNNPB) -> None:
+    """Whether its file, once written, will be read; asked before a long training.
+
+    Raises:
+        InputError: `from_content` would refuse its sizes or names.
+    """
+    config = _config(asdict(model.config))
+    _info(asdict(model.info), config)
+
+
 def from_content(content: Mapping[str, Any]) -> RNNPB:
     """The model of one of our own files.
 
@@ -45,7 +55,7 @@ def from_content(content: Mapping[str, Any]) -> RNNPB:
         InputError: something is missing, of another kind or size than it should be, or not finite.
     """
     version = content.get("version")
-    if version != FORMAT_VERSION:
+    if not isinstance(version, int) or version != FORMAT_VERSION:
         raise InputError(f"format version {_shown(version)}, this program reads {FORMAT_VERSION}")
     config = _config(_dict(content.get("config"), "config"))
     info = _info(_dict(content.get("info"), "info"), config)
@@ -73,8 +83,7 @@ def from_published(content: Mapping[str, Any]) -> RNNPB:
             "beta": None if sizes.get("behavior") == "deterministic" else sizes.get("beta"),
         }
     )
-    if sizes.get("num_layers", 1) != 1:
-        raise InputError(f"{_shown(sizes['num_layers'])} LSTM layers, this program reads 1")
+    _whole(sizes.get("num_layers", 1), "number of LSTM layers", 1, 1)
     published = _dict(content.get("model_state_dict"), "model_state_dict")
     joints, gates = config.num_joints, 4 * config.hidden_size
     names = {

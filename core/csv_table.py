@@ -109,11 +109,19 @@ class CsvTable:
             for column, joint in zip(columns, joints, strict=True)
         ]
 
-    def _value(self, cell: str, where: str, unit: Unit) -> float:
-        number = self._point(cell)
-        if not _NUMBER.fullmatch(number):
+    def number(self, cell: str, where: str) -> float:
+        """
+        Raises:
+            InputError: the cell is no number, or not finite.
+        """
+        text = self._point(cell)
+        value = float(text) if _NUMBER.fullmatch(text) else math.nan
+        if not math.isfinite(value):
             raise InputError(f"{where}: {_fault(cell)}")
-        value = float(number)
+        return value
+
+    def _value(self, cell: str, where: str, unit: Unit) -> float:
+        value = self.number(cell, where)
         limit = MAX_ANGLE if unit == "radians" else math.degrees(MAX_ANGLE)
         if abs(value) > limit:
             hint = "; is the file in degrees?" if unit == "radians" else ""
@@ -194,6 +202,6 @@ def _rows(text: str, delimiter: str, source: str) -> Iterator[Row]:
 def _fault(cell: str) -> str:
     if not cell:
         return "the cell is empty, expected a number"
-    if _NOT_FINITE.fullmatch(cell):
-        return f"{cell} is not finite, expected a number"
+    if _NOT_FINITE.fullmatch(cell) or _NUMBER.fullmatch(cell):  # 1e999 is infinity, too
+        return f"{cell[:20]} is not finite, expected a number"
     return f"{cell[:20]!r} is no number"

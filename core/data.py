@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .csv_table import CsvTable, read_csv_bytes
+from .csv_table import CsvTable, Row, read_csv_bytes
 from .errors import InputError
 from .model import MotionLabel
 from .motion import MAX_CSV_BYTES, Motion, check_length, read_motion
@@ -54,6 +54,7 @@ _SIGN_FLIPPED = {"HeadYaw", "HipRoll"} | {
 _TWIN = {"L": "R", "R": "L"}
 MIRROR_SUFFIX = "_tr"
 MAX_DATA_BYTES = 100_000_000
+_Ratings = tuple[float | None, float | None]  # valence, arousal; None where nobody has rated
 LABEL_FILES = ("labels_augmented.csv", "labels_raw.csv", "labels.csv")
 # Columns of a folder's files that count frames or name the motion instead of moving a joint.
 _NO_JOINTS = {"", "id", "index", "frame", "time", "timestamp", "t", "unnamed: 0"}
@@ -233,7 +234,7 @@ def _labels(folder: Path, names: list[str]) -> dict[str, MotionLabel]:
     """Valence and arousal from the label file that lies beside the data, where it does."""
     path = next((folder / name for name in LABEL_FILES if (folder / name).is_file()), None)
     rated = {} if path is None else _read_labels(path)
-    unknown: tuple[float | None, float | None] = (None, None)
+    unknown: _Ratings = (None, None)
     labels = {}
     for name in names:
         # A mirrored motion expresses what its original does.
@@ -242,11 +243,13 @@ def _labels(folder: Path, names: list[str]) -> dict[str, MotionLabel]:
     return labels
 
 
-def _read_labels(path: Path) -> dict[str, tuple[float, float]]:
+def _read_labels(path: Path) -> dict[str, _Ratings]:
     table = CsvTable(read_csv_bytes(path, MAX_CSV_BYTES), path.name, ("id", "valence", "arousal"))
-    [name_column, *columns] = table.columns(("id", "valence", "arousal"))
-    rated = {}
-    for row in table:
-        valence, arousal = table.values(row, columns, ("valence", "arousal"))
-        rated[row.cells[name_column]] = (valence, arousal)
-    return rated
+    names, valences, arousals = table.columns(("id", "valence", "arousal"))
+
+    def rating(row: Row, column: int) -> float | None:
+        cell = row.cells[column]
+        where = f"{row.where}, column {table.first.cells[column]}"
+        return table.number(cell, where) if cell else None
+
+    return {row.cells[names]: (rating(row, valences), rating(row, arousals)) for row in table}

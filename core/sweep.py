@@ -111,7 +111,7 @@ class Sweep:
 
     def recipe(self, cell: Cell) -> dict[str, Any]:
         """Everything that a cell's result depends on, as plain JSON values."""
-        from .training import ALGORITHM
+        from .training import ALGORITHM, Trainer
 
         model, training = self.configs(cell)
         values = {
@@ -121,6 +121,7 @@ class Sweep:
             **{f"model.{name}": value for name, value in asdict(model).items()},
             **{f"training.{name}": value for name, value in asdict(training).items()},
             "training.algorithm": ALGORITHM,
+            "training.precision": Trainer.precision,
         }
         plain: dict[str, Any] = json.loads(json.dumps(values))
         return plain
@@ -144,14 +145,14 @@ class Sweep:
         path = self.path(cell)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
-            found, result = content["recipe"], Result(**content["result"])
+            found, result = dict(content["recipe"]), Result(**content["result"])
             if content["format"] != FORMAT or not _finite(result):
                 raise ValueError("not a result")
         except FileNotFoundError:
             return None
         except OSError as error:
             raise InputError(f"cannot read {path}: {error.strerror}") from error
-        except (ValueError, KeyError, TypeError) as error:
+        except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             raise InputError(
                 f"{path} is no finished cell, or a damaged one; without it the cell is run again"
             ) from error
@@ -205,6 +206,7 @@ def run_cell(sweep: Sweep, cell: Cell) -> tuple[Result, RNNPB]:
     Raises:
         InputError: the training diverged, or there is no such device.
     """
+    from .checkpoint import check_savable
     from .device import choose_device
     from .evaluation import reconstruction, reconstruction_at_mean
     from .recipes import record
@@ -212,6 +214,8 @@ def run_cell(sweep: Sweep, cell: Cell) -> tuple[Result, RNNPB]:
 
     started = time.monotonic()
     trainer = Trainer(sweep.dataset, *sweep.configs(cell), choose_device(sweep.device))
+    if sweep.keep_checkpoints:
+        check_savable(trainer.model)
     loss = error = math.nan
     for progress in trainer.run():
         loss, error = progress.loss, progress.error

@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -79,10 +79,15 @@ class _Bucket:
 class Trainer:
     """One training run, an epoch at a time.
 
+    Attributes:
+        precision: of the sums and products.
+
     >>> trainer = Trainer(dataset, ModelConfig(), TrainingConfig())  # doctest: +SKIP
     >>> for progress in trainer.run():  # doctest: +SKIP
     ...     print(progress.error)
     """
+
+    precision: ClassVar[str] = "float32"
 
     def __init__(
         self,

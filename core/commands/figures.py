@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -86,17 +87,31 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _load(ckpts: Sequence[str], data: str) -> tuple[dict[str, RNNPB], Dataset]:
-    """The models by the names to print, and the data that fits them all."""
+    """The models by the names to print, and the motions that all of them know."""
     if len(ckpts) > MAX_MODELS:
         raise InputError(f"--ckpt: a figure has room for {MAX_MODELS} models, got {len(ckpts)}")
     models: dict[str, RNNPB] = {}
+    common: Dataset | None = None
     for ckpt in ckpts:
         name = _name(ckpt)
         if name in models:
             raise InputError(f"--ckpt {ckpt}: another checkpoint has the name {name!r} already")
         models[name], dataset = load_model(ckpt, data)
-    assert dataset is not None  # --data is required
-    return models, dataset
+        assert dataset is not None  # --data is required
+        common = dataset if common is None else _common(common, dataset, ckpt)
+    assert common is not None  # so is --ckpt
+    return models, common
+
+
+def _common(first: Dataset, other: Dataset, ckpt: str) -> Dataset:
+    """The motions that both know."""
+    if first.joints != other.joints:
+        raise InputError(f"--ckpt {ckpt}: its joints, or their order, are not those of the first")
+    names = {motion.name for motion in other.motions}
+    motions = tuple(motion for motion in first.motions if motion.name in names)
+    if not motions:
+        raise InputError(f"--ckpt {ckpt}: it shares no motion with those before it")
+    return replace(first, motions=motions)
 
 
 def _name(ckpt: str) -> str:
@@ -130,7 +145,7 @@ class _Plan:
             names = default if known else list(self._by_name)[:MOTIONS]
         unknown = [name for name in names if name not in self._by_name]
         if unknown:
-            raise InputError(f"{flag}: the data has no motion {unknown[0]!r}")
+            raise InputError(f"{flag}: no motion {unknown[0]!r} in the data that all models know")
         if len(names) > MOTIONS:
             raise InputError(f"{flag}: a figure has room for {MOTIONS} motions, got {len(names)}")
         return [self._by_name[name] for name in names]

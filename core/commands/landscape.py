@@ -165,15 +165,16 @@ def _save(result: Landscape, out: Path, name: str, axis_names: list[str]) -> Non
 
             draw_landscape(result, beside, name, axis_names)
         else:
-            np.savez_compressed(
-                beside,
-                correlation=result.correlation,
-                x=result.x,
-                y=result.y,
-                mean=result.mean,
-                area=result.area,
-                roughness=result.roughness,
-            )
+            with beside.open("wb") as file:  # to a name, numpy would add .npz where it reads .NPZ
+                np.savez_compressed(
+                    file,
+                    correlation=result.correlation,
+                    x=result.x,
+                    y=result.y,
+                    mean=result.mean,
+                    area=result.area,
+                    roughness=result.roughness,
+                )
 
 
 COMMAND = Command(

@@ -71,7 +71,15 @@ def _dask(scheduler: str | None, jobs: int | None, ready: Callable[[], object]) 
         except (OSError, ValueError) as error:
             raise _no_cluster("Dask", scheduler, error) from error
         # For ever, too, for a task that no worker can unpickle for want of this package.
-        client.run(ready)
+        try:
+            client.run(ready)
+        except InputError:
+            raise
+        except Exception as error:  # whatever a worker answers
+            raise InputError(
+                f"the workers of {scheduler or 'the Dask cluster'} cannot run this: {error}; do "
+                "they have the same version of rnnpb-explorer?"
+            ) from error
         stack.enter_context(joblib.parallel_config("dask"))
         yield
 

@@ -86,7 +86,8 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
         last, best = getattr(result, what), getattr(result, f"best_{what}")
         print(
             f"{what.replace('_', ' ')}: last iterate {last.mean():.6f} (sd {last.std():.6f}), "
-            f"best iterate {best.mean():.6f} (sd {best.std():.6f}), best trial {best.min():.6f}"
+            f"best iterate {best.mean():.6f} (sd {best.std():.6f}), "
+            f"best trial {best[result.best_trial]:.6f}"
         )
 
 

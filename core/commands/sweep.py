@@ -26,6 +26,7 @@ from .tables import print_table, sweep_table, write_json
 
 Item = TypeVar("Item")
 MAX_SEEDS = 1000
+GPU_JOBS = 4  # each fills half a gigabyte of the GPU before it computes anything
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--jobs",
         type=whole(1, 10_000),
         metavar="N",
-        help="cells at a time, one thread each; default: one for each core",
+        help=f"cells at a time, one thread each; default: one for each core, {GPU_JOBS} on a GPU",
     )
     parser.add_argument("--backend", choices=BACKENDS, default="loky", help="default: loky")
     parser.add_argument(
@@ -211,10 +212,13 @@ def _attempts(
     from ..device import choose_device
 
     ready = partial(choose_device, arguments.device)
-    with parallel_backend(arguments.backend, arguments.scheduler, arguments.jobs, ready):
+    jobs = arguments.jobs
+    if jobs is None and arguments.scheduler is None and ready().type == "cuda":
+        jobs = GPU_JOBS
+    with parallel_backend(arguments.backend, arguments.scheduler, jobs, ready):
         # Ray's backend for joblib hands results on at the end only; workers write their cells.
         way = "list" if arguments.backend == "ray" else "generator_unordered"
-        parallel = joblib.Parallel(n_jobs=arguments.jobs or -1, batch_size=1, return_as=way)
+        parallel = joblib.Parallel(n_jobs=jobs or -1, batch_size=1, return_as=way)
         try:
             # After an interruption joblib would warn that not all its results were taken.
             warnings.filterwarnings("ignore", module="joblib")

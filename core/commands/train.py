@@ -62,8 +62,15 @@ def run(arguments: argparse.Namespace) -> None:
     if out.suffix.lower() != ".pt":
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
     check_writable(out)
+    resumable = out.with_suffix(".resume.pt")
+    if resumable.exists() and not _same_file(resumable, arguments.resume):
+        raise InputError(
+            f"{resumable} holds an interrupted run; to go on with it: "
+            + _command(data=arguments.data, resume=resumable, out=out)
+            + "; to begin anew, remove it first"
+        )
 
-    from ..checkpoint import save_checkpoint
+    from ..checkpoint import check_savable, save_checkpoint
     from ..data import load_dataset
     from ..device import choose_device
     from ..training import Trainer
@@ -71,7 +78,8 @@ def run(arguments: argparse.Namespace) -> None:
     dataset = load_dataset(arguments.data)
     config, training = _recipe(arguments) if arguments.resume is None else _resumed(arguments)
     trainer = Trainer(dataset, config, training, choose_device(arguments.device))
-    session = _Session(trainer, dataset, out.with_suffix(".resume.pt"))
+    check_savable(trainer.model)
+    session = _Session(trainer, dataset, resumable)
     if arguments.resume is not None:
         session.restore(Path(arguments.resume))
     with _stop_asked() as asked:
@@ -90,6 +98,10 @@ def run(arguments: argparse.Namespace) -> None:
         f"{trainer.epoch} epochs in {session.seconds:.0f} s, sampled error "
         f"{metrics['reconstruction_mean']:.6f} (sd {metrics['reconstruction_sd']:.6f}): {out}"
     )
+
+
+def _same_file(path: Path, given: str | None) -> bool:
+    return given is not None and Path(given).exists() and path.samefile(given)
 
 
 def _command(**flags: object) -> str:
@@ -195,7 +207,7 @@ class _Session:
             self._before = float(state["seconds"])
         except InputError:
             raise
-        except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        except (AttributeError, LookupError, TypeError, ValueError, RuntimeError) as error:
             raise InputError(f"{path} is damaged and cannot be resumed: {error}") from error
 
     def epochs(self) -> Iterator[TrainingProgress]:

@@ -10,14 +10,13 @@ import time
 from pathlib import Path
 
 import torch
-from packed_lstm import PackedTrainer
+from packed_lstm import QUICK, PackedTrainer
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, read_plain, save_checkpoint
 from rnnpb_explorer.core.data import load_dataset
+from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.files import check_writable
 from rnnpb_explorer.core.recipes import RECIPES, record
-
-QUICK = "products in bfloat16 summed in float32"
-EXACT = f"{QUICK}, forward exact to 2^-16 over the last 40 % of epochs"
 
 
 def main() -> None:
@@ -27,18 +26,21 @@ def main() -> None:
     parser.add_argument("--out", required=True, type=Path)
     parser.add_argument("--save-every", type=int, default=250, metavar="EPOCHS")
     arguments = parser.parse_args()
+    check_writable(arguments.out)
     torch.set_num_threads(1)
 
     dataset = load_dataset(arguments.data)
     recipe = RECIPES[arguments.name]
     trainer = PackedTrainer(dataset, recipe.model, recipe.training)
-    precision = EXACT
+    precision = trainer.precision
     if arguments.name == "strong":  # its error is far above what bfloat16 adds
         trainer.exact_from, precision = 1.0, QUICK
     unfinished = arguments.out.with_suffix(".resume.pt")
     before = 0.0
     if unfinished.exists():
         state = read_plain(unfinished)["resume"]
+        if state["data_sha256"] != dataset.sha256:
+            raise InputError(f"{unfinished} was begun on other data")
         trainer.restore(load_checkpoint(unfinished), state)
         before = state["seconds"]
     started = time.monotonic()
@@ -50,7 +52,10 @@ def main() -> None:
                 flush=True,
             )
         if progress.epoch % arguments.save_every == 0:
-            own = {"seconds": before + time.monotonic() - started}
+            own = {
+                "seconds": before + time.monotonic() - started,
+                "data_sha256": dataset.sha256,
+            }
             save_checkpoint(trainer.model, unfinished, resume=trainer.state() | own)
     model = trainer.model
     seconds = round(before + time.monotonic() - started, 1)
