@@ -83,7 +83,9 @@ def from_published(content: Mapping[str, Any]) -> RNNPB:
             "beta": None if sizes.get("behavior") == "deterministic" else sizes.get("beta"),
         }
     )
-    _whole(sizes.get("num_layers", 1), "number of LSTM layers", 1, 1)
+    layers = sizes.get("num_layers", 1)
+    if not isinstance(layers, int) or layers != 1:
+        raise InputError(f"{_shown(layers)} LSTM layers, this program reads 1")
     published = _dict(content.get("model_state_dict"), "model_state_dict")
     joints, gates = config.num_joints, 4 * config.hidden_size
     names = {

@@ -22,7 +22,8 @@ MAX_ANGLE = 4 * math.pi  # no joint turns twice around; more is degrees or rubbi
 Unit = Literal["radians", "degrees"]
 
 _MAX_EMPTY_ROWS = 5_000
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+# No two parts can take the same digits: what is no number shows after one look at each character.
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII)
 
 

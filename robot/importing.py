@@ -19,7 +19,7 @@ SUFFIXES = (".csv", ".json", ".py")
 # Not Python's own parser: a small file can cost it gigabytes. Python and JSON write these alike.
 _TITLE = re.compile(r'^"""([^:"\n]*):', re.M)
 _LINES = re.compile(r"^(NAMES|FPS|LEADS) = ([^#\n]+)", re.M)
-_ANGLES = re.compile(r"^ANGLES = (\[\n.*?^\])", re.M | re.S)
+_ANGLES = ("\nANGLES = ", "\n]")  # how the table of angles begins and ends, on lines of their own
 _LAST_COMMA = re.compile(r",\s*\]")
 _UNREADABLE = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
@@ -82,12 +82,9 @@ def parse_naoqi(content: str, source: str) -> Motion:
         InputError: not such a script.
     """
     title = _TITLE.search(content)
-    angles = _ANGLES.search(content)
     try:
         values = {name: json.loads(text) for name, text in _LINES.findall(content)}
-        if angles is None:
-            raise KeyError("ANGLES")
-        frames = np.array(json.loads(_LAST_COMMA.sub("]", angles[1])), dtype=np.float32).T  # (T, J)
+        frames = np.array(json.loads(_angles(content)), dtype=np.float32).T  # (T, J)
         leads = values.get("LEADS", (0, 0))
         name = title[1] if title else ""
         return _motion(name, values["NAMES"], frames, values["FPS"], leads, source)
@@ -95,6 +92,16 @@ def parse_naoqi(content: str, source: str) -> Motion:
         raise
     except _UNREADABLE as error:
         raise InputError(f"{source} is no exported NAOqi script ({_reason(error)})") from error
+
+
+def _angles(content: str) -> str:
+    """The table of angles as JSON."""
+    begin, end = _ANGLES
+    _, found, rest = content.partition(begin)
+    table, closed, _ = rest.partition(end)
+    if not (found and closed):
+        raise KeyError("ANGLES")
+    return _LAST_COMMA.sub("]", table + end)
 
 
 def _motion(name: Any, joints: Any, positions: Any, fps: Any, leads: Any, source: str) -> Motion:

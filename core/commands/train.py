@@ -62,14 +62,6 @@ def run(arguments: argparse.Namespace) -> None:
     if out.suffix.lower() != ".pt":
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
     check_writable(out)
-    resumable = out.with_suffix(".resume.pt")
-    if resumable.exists() and not _same_file(resumable, arguments.resume):
-        raise InputError(
-            f"{resumable} holds an interrupted run; to go on with it: "
-            + _command(data=arguments.data, resume=resumable, out=out)
-            + "; to begin anew, remove it first"
-        )
-
     from ..checkpoint import check_savable, save_checkpoint
     from ..data import load_dataset
     from ..device import choose_device
@@ -77,6 +69,13 @@ def run(arguments: argparse.Namespace) -> None:
 
     dataset = load_dataset(arguments.data)
     config, training = _recipe(arguments) if arguments.resume is None else _resumed(arguments)
+    resumable = out.with_suffix(".resume.pt")
+    if resumable.exists() and not _same_file(resumable, arguments.resume):
+        raise InputError(
+            f"{resumable} holds an interrupted run; to go on with it: "
+            + _command(data=arguments.data, resume=resumable, out=out)
+            + "; to begin anew, remove it first"
+        )
     trainer = Trainer(dataset, config, training, choose_device(arguments.device))
     check_savable(trainer.model)
     session = _Session(trainer, dataset, resumable)

@@ -184,6 +184,7 @@ NAN_MU = torch.full((3, 3), float("nan"))
 WRONG = {
     "version": (lambda c: c.update(version=7), "format version 7, this program reads 1"),
     "no version": (without("version"), "format version None"),
+    "two versions": (lambda c: c.update(version=torch.ones(2)), "format version a Tensor"),
     "config missing": (without("config"), "config is None, expected a table"),
     "config a list": (lambda c: c.update(config=[1]), "config is a list, expected a table"),
     "no hidden_size": (without("config", "hidden_size"), "hidden_size is None"),
@@ -259,6 +260,7 @@ def test_what_does_not_fit_is_refused(tiny_model: RNNPB, tmp_path: Path, case: s
     [
         (lambda c: c["params"]["model"].update(hidden_size=10**9), "hidden_size is 1000000000"),
         (lambda c: c["params"]["model"].update(num_layers=2), "2 LSTM layers"),
+        (lambda c: c["params"]["model"].update(num_layers=torch.ones(2)), "a Tensor LSTM layers"),
         (lambda c: c["params"].pop("model"), "params: model is None, expected a table"),
         (lambda c: c["params"]["model"].update(pb_size=5), "mu_pb has shape (72, 4), its config"),
         (lambda c: c["model_state_dict"].pop("linear.bias"), "it has no tensor linear.bias"),

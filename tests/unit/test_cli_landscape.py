@@ -51,6 +51,11 @@ def test_landscape_npz(rnnpb: Rnnpb) -> None:
     assert f"mean {expected.mean:.4f}" in out
 
 
+def test_the_name_of_a_landscape_may_be_written_large(rnnpb: Rnnpb) -> None:
+    npz(rnnpb, *BOW, "--out", "L.NPZ")
+    assert [path.name for path in Path().glob("*L*")] == ["L.NPZ"]
+
+
 def test_landscape_on_principal_components(rnnpb: Rnnpb) -> None:
     result = npz(rnnpb, *BOW, "--axes", "pca", "--radius", "0.5sd", "--out", "L.npz")
     latent_map = LatentMap.fit(rnnpb.model.mu.numpy())
@@ -181,6 +186,18 @@ def test_recognize_says_what_came_out(rnnpb: Rnnpb) -> None:
     for words in (f"last iterate {last:.6f}", f"best iterate {best.mean():.6f}"):
         assert words in outcome.out
     assert f"best trial {best.min():.6f}" in outcome.out
+
+
+def test_the_best_trial_is_chosen_by_what_was_observed(rnnpb: Rnnpb) -> None:
+    """Which trial foretells best shows only in frames that were not observed."""
+    flags = (*RECOGNIZE, "--trials", 6, "--iterations", 4, "--observed", 0.4, "--init", "random")
+    result = npz(rnnpb, *flags, "--out", "R.npz")
+    chosen = result["best_reconstruction_loss"].argmin()
+    foretold = result["best_prediction_error"]
+    assert foretold[chosen] > foretold.min()  # or this would show nothing
+    said = rnnpb(*flags, "--out", "R.npz").out.splitlines()
+    assert said[-1].startswith("prediction error: ")
+    assert said[-1].endswith(f"best trial {foretold[chosen]:.6f}")
 
 
 @pytest.mark.parametrize(

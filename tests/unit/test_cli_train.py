@@ -157,11 +157,36 @@ def test_a_run_that_does_not_fit_resume(
     assert "tiny.pt is a finished model, not an interrupted run" in said
     assert "no checkpoint 'none.pt'" in rnnpb.refuses(*flags, "--resume", "none.pt")
 
-    content = read_plain(Path("B.resume.pt"))
-    del content["resume"]["random"]
-    torch.save(content, "B.resume.pt")
     Path("data/bow.csv").write_text(bow)
-    assert "B.resume.pt is damaged and cannot be resumed" in rnnpb.refuses(*flags)
+    whole = read_plain(Path("B.resume.pt"))
+    for spoil in ({"random": None}, {"optimizers": [1]}, {"schedules": {"adam": 1, "muon": 1}}):
+        torch.save(whole | {"resume": whole["resume"] | spoil}, "B.resume.pt")
+        assert "B.resume.pt is damaged and cannot be resumed" in rnnpb.refuses(*flags)
+
+
+def test_an_interrupted_run_is_not_lost_to_another(
+    rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch, ctrl_c_in_epoch_3: None
+) -> None:
+    interrupt(rnnpb)
+    before = Path("B.resume.pt").read_bytes()
+    monkeypatch.undo()
+    monkeypatch.chdir(rnnpb.folder)
+    said = rnnpb.refuses("train", *RECIPE, "--data", "data", "--out", "B.pt")
+    again = "rnnpb train --data data --resume B.resume.pt --out B.pt"
+    assert f"B.resume.pt holds an interrupted run; to go on with it: {again}; to begin" in said
+    Path("B.resume.pt").rename("C.resume.pt")
+    trained(rnnpb, "--resume", "C.resume.pt", out="B.pt")
+    assert Path("C.resume.pt").read_bytes() == before
+    assert not Path("B.resume.pt").exists()
+
+
+def test_a_model_that_could_not_be_read_again_is_not_trained(rnnpb: Rnnpb) -> None:
+    said = rnnpb.refuses("train", "--data", "data", "--hidden-size", 2200, "--out", "B.pt")
+    assert "files of more than 200 MB are not read; fewer hidden units will do" in said
+    Path("data/bow.csv").rename("data/b\u00a0w.csv")
+    said = rnnpb.refuses("train", "--data", "data", "--out", "B.pt")
+    assert "the names of its motions hold characters that cannot be shown" in said
+    assert not list(Path().glob("B*"))
 
 
 def test_a_run_that_diverges_writes_nothing(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch) -> None:

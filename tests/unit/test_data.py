@@ -10,6 +10,7 @@ import pytest
 
 from rnnpb_explorer.core import RNNPB, Dataset, InputError, Motion, load_dataset
 from rnnpb_explorer.core.data import PEPPER_JOINTS, behavior_class, mirror
+from rnnpb_explorer.core.model import MotionLabel
 
 ARMS = ("ElbowRoll", "ElbowYaw", "ShoulderRoll", "WristYaw")
 ROW = ",".join("0.5" for _ in PEPPER_JOINTS)
@@ -132,12 +133,14 @@ def test_folder_of_motions(tmp_path: Path) -> None:
     motion_file(tmp_path / "a_1.csv", "a,b", frames=3)
     motion_file(tmp_path / "C.CSV", "a,b,extra")
     motion_file(tmp_path / ".hidden.csv", "q")
-    write(tmp_path / "labels.csv", ["id,valence,arousal", "a_1,0.1,0.2"])
+    write(tmp_path / "labels.csv", ["id,valence,arousal", "a_1,60,0.2", "b,,-4e1"])
     (tmp_path / "notes.txt").write_text("not a motion")
     dataset = load_dataset(tmp_path, ("a", "b"))
     assert [motion.name for motion in dataset.motions] == ["C", "a_1", "b"]
     assert [len(motion) for motion in dataset.motions] == [2, 3, 2]
-    assert dataset.labels["a_1"].arousal == 0.2
+    assert dataset.labels["a_1"] == MotionLabel("a", 60.0, 0.2)  # no angle
+    assert dataset.labels["b"] == MotionLabel("b", None, -40.0)
+    assert dataset.labels["C"] == MotionLabel("C", None, None)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,16 @@ import torch
 from matplotlib.collections import PathCollection, QuadMesh
 from PIL import Image
 
-from rnnpb_explorer.core import RNNPB, RecognitionConfig, RecognitionResult, landscape, recognize
+from rnnpb_explorer.core import (
+    RNNPB,
+    RecognitionConfig,
+    RecognitionResult,
+    landscape,
+    load_checkpoint,
+    recognize,
+    save_checkpoint,
+)
+from rnnpb_explorer.core.commands.figures import _load
 from rnnpb_explorer.core.figures.components import SAMPLES, components_figure
 from rnnpb_explorer.core.figures.densities import densities_figure
 from rnnpb_explorer.core.figures.landscapes import landscapes_figure
@@ -76,6 +85,32 @@ def test_refuses(rnnpb: Rnnpb) -> None:
         "figures", "--ckpt", "tiny.pt", "./tiny.pt", "--data", "data", "--out", "x"
     )
     assert not Path("x").exists()
+
+
+def test_models_that_know_different_motions(rnnpb: Rnnpb) -> None:
+    """A page compares what all of them know; of other joints there is nothing to compare."""
+    Path("fewer").mkdir()
+    for name in ("bow", "wave"):
+        (Path("fewer") / f"{name}.csv").write_text((Path("data") / f"{name}.csv").read_text())
+    train = ("train", "--hidden-size", 8, "--epochs", 2, "--data")
+    assert rnnpb(*train, "fewer", "--out", "fewer.pt").code == 0
+    flags = ("figures", "--data", "data", "--iterations", 3, "--out", "x", "--ckpt")
+    for order, expected in (
+        (("tiny.pt", "fewer.pt"), ["wave", "bow"]),  # in the order of the first
+        (("fewer.pt", "tiny.pt"), ["bow", "wave"]),
+    ):
+        models, dataset = _load(order, "data")
+        assert list(models) == [Path(name).stem for name in order]
+        assert [motion.name for motion in dataset.motions] == expected
+    assert rnnpb(*flags, "tiny.pt", "fewer.pt").code == 0
+    said = rnnpb.refuses(*flags, "tiny.pt", "fewer.pt", "--motions", "rest")
+    assert "--motions: no motion 'rest' in the data that all models know" in said
+
+    swapped = load_checkpoint("fewer.pt")
+    swapped.info.joints = tuple("edcba")
+    save_checkpoint(swapped, "swapped.pt")
+    said = rnnpb.refuses(*flags, "tiny.pt", "swapped.pt")
+    assert "--ckpt swapped.pt: its joints, or their order, are not those of the first" in said
 
 
 def test_densities(tiny_model: RNNPB, deterministic: RNNPB) -> None:

@@ -170,6 +170,12 @@ def test_a_naoqi_script_with_rubbish_in_it(calm: Motion, pepper: Robot, old: str
     assert "\n" not in str(refused.value)
 
 
+def test_a_table_that_begins_often_and_never_ends_is_looked_at_once() -> None:
+    """Each of these beginnings, followed to the end of the file, would take hours in all."""
+    with pytest.raises(InputError, match=r"^x\.py is no exported NAOqi script"):
+        parse_naoqi("\nANGLES = [\n" * 300_000, "x.py")
+
+
 def test_a_script_of_before_there_were_leads_is_read(calm: Motion, pepper: Robot) -> None:
     lines = export_motion(calm, pepper, "naoqi").content.splitlines(keepends=True)
     script = "".join(line for line in lines if not line.startswith("LEADS"))

@@ -112,6 +112,20 @@ def test_on_a_dask_cluster(rnnpb: Rnnpb, scheduler: str) -> None:
     assert "--jobs: a Dask cluster has the workers that it has" in said
 
 
+def test_a_dask_cluster_of_other_software(rnnpb: Rnnpb, scheduler: str) -> None:
+    import distributed
+
+    with distributed.Client(scheduler) as client:
+        client.run(exec, "import sys; sys.modules['rnnpb_explorer.core.device'] = None")
+    said = rnnpb.refuses(
+        *("sweep", *SMALL, "--out", "cells", *TWO),
+        *("--backend", "dask", "--scheduler", scheduler),
+    )
+    assert f"the workers of {scheduler} cannot run this: " in said
+    assert "rnnpb_explorer" in said
+    assert not cells()
+
+
 def _pids_of_workers(scheduler: str) -> list[int]:
     import distributed
 
@@ -327,7 +341,12 @@ def test_a_cell_of_another_version(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch
     swept(rnnpb, *one)
     monkeypatch.setattr("rnnpb_explorer.core.training.ALGORITHM", 99)
     said = rnnpb.refuses("sweep", *SMALL, "--out", "cells", *one)
-    assert "with another recipe, training algorithm 2 and not 99; another folder" in said
+    assert "with another recipe, training algorithm 3 and not 99; another folder" in said
+    monkeypatch.undo()
+    monkeypatch.chdir(rnnpb.folder)
+    monkeypatch.setattr("rnnpb_explorer.core.training.Trainer.precision", "bfloat16")
+    said = rnnpb.refuses("sweep", *SMALL, "--out", "cells", *one)
+    assert "with another recipe, training precision float32 and not bfloat16" in said
 
 
 @pytest.mark.parametrize(
@@ -353,6 +372,31 @@ def test_a_cell_of_another_sweep(rnnpb: Rnnpb, flags: str, words: str) -> None:
     assert f"cells{os.sep}strong-D2-seed0.json was run" in said
     assert words in said
     assert cells() == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda cell: cell.clear(),
+        lambda cell: cell["result"].clear(),
+        lambda cell: cell.update(format=2),
+        lambda cell: cell.update(recipe=None),
+        lambda cell: cell.update(recipe="strong"),
+        lambda cell: cell["result"].update(mean=10**400),
+        lambda cell: cell["result"].update(mean="0.1"),
+        lambda cell: cell["result"].update(mean=float("nan")),
+    ],
+)
+def test_a_cell_with_rubbish_in_it(
+    rnnpb: Rnnpb, change: Callable[[dict[str, Any]], object]
+) -> None:
+    swept(rnnpb, "--pb-dims", 1, "--conditions", "strong")
+    path = Path("cells/strong-D1-seed0.json")
+    cell = json.loads(path.read_text())
+    change(cell)
+    path.write_text(json.dumps(cell))
+    said = rnnpb.refuses("sweep", *SMALL, "--out", "cells", "--jobs", 1, *TWO)
+    assert "strong-D1-seed0.json is no finished cell, or a damaged one; without it" in said
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"format": 1, "recipe": {}, "result": {}}'])
