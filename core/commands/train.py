@@ -1,4 +1,4 @@
-"""`rnnpb train`: learn motions; a run can be interrupted and goes on, on a processor bit for bit."""
+"""`rnnpb train`: learn motions; an interrupted run goes on, on a processor bit for bit."""
 
 from __future__ import annotations
 
