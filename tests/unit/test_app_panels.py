@@ -42,7 +42,7 @@ from .app_states import (
     target_motion,
 )
 
-DO_NOTHING = (lambda: None, lambda: None)  # reset the view, download
+TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
 DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
 ALL_SIZES = pytest.mark.parametrize(
@@ -270,7 +270,7 @@ def test_a_label_of_axes_says_which_they_are(letter: str) -> None:
 @ALL_SIZES
 def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts: Facts) -> None:
     sent: list[do.Intent] = []
-    panel = ViewPanel(gui, facts, sent.append, lambda: "code", *DO_NOTHING)
+    panel = ViewPanel(gui, facts, sent.append, lambda: "code", lambda: None)
     state = open_screen(facts)
     panel.show(state)
     for bound_ in (panel._map_axes, panel._axes):
@@ -285,7 +285,7 @@ def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts
 
 def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> None:
     """A state code may hold them."""
-    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", *DO_NOTHING)
+    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", lambda: None)
     state = after(LARGEST, open_screen(LARGEST), do.SetMapAxes((20, 99)))
     panel.show(after(LARGEST, state, do.SetLandscapeAxes((100, 2))))
     for bound_, label in ((panel._map_axes, "PC21, PC100"), (panel._axes, "μ101, μ3")):
@@ -295,7 +295,8 @@ def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> 
 
 def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", *DO_NOTHING).show(open_screen())
+    panel = ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", lambda: None)
+    panel.show(open_screen())
     hand(labelled(gui, "Show the code of this screen"))
     assert labelled(gui, "Code").value == "rnnpb1-x"
     hand(labelled(gui, "Restore from the code"))
@@ -306,9 +307,21 @@ def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> Non
 def test_the_chosen_joint_comes_first_and_then_its_neighbours() -> None:
     reference = np.zeros((4, 5), np.float32)
     assert shown_joints(JOINTS, "a", reference) == [0, 1, 2]
+    assert labelled(gui, "Code").value == ""  # viser's event loop writes no widget
+    panel.show(open_screen())
     assert shown_joints(JOINTS, "e", reference) == [4, 2, 3]
     assert shown_joints(("a",), "a", reference[:, :1]) == [0]
 
+    hand(labelled(gui, "Code"), "rnnpb1-other")
+    panel.show(open_screen())
+    assert labelled(gui, "Code").value == "rnnpb1-other"  # shown once for each press
+
+
+def test_the_motion_on_the_screen_can_be_downloaded(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ViewPanel(gui, FACTS, sent.append, lambda: "", lambda: None)
+    hand(labelled(gui, "Download the motion (CSV)"))
+    assert sent == [do.DownloadMotion()]
 
 def test_without_a_choice_the_joints_that_move_most_are_shown() -> None:
     reference = np.zeros((4, 5), np.float32)
