@@ -158,8 +158,7 @@ class RecognisePanel:
             return
         self._assign(self._shown.handle, max=max(trace.iterations, 2))
         self._assign(self._trial.handle, max=max(trace.loss.shape[1], 2))
-        best = trace.best[0]
-        self._shown.show((best if recognition.shown is None else recognition.shown) + 1)
+        self._shown.show(recognition.iteration + 1)
         self._trial.show(recognition.trial + 1)
 
     def _show_loss(self, recognition: Recognition) -> None:

@@ -460,6 +460,20 @@ def test_the_settings_ask_for_what_they_say(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
     panel = RecognisePanel(gui, FACTS, sent.append)
     panel.show(before_a_run())
+def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.GuiApi) -> None:
+    state = after(FACTS, before_a_run(), do.SetRecognitionOption("trials", 2))
+    state = after(FACTS, state, do.StartRecognition())
+    path = np.linspace(0, 1, 5 * 2 * 3).reshape(5, 2, 3)
+    loss = np.array([[0.9, 0.8], [0.5, 0.1], [0.6, 0.7], [0.4, 0.3]])  # the best: 2 of trial 2
+    trace = make_trace(path, loss=loss)
+    state = after(FACTS, state, do.RecognitionStepped(state.recognition.request, trace))
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(after(FACTS, state, do.CancelRecognition()))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (4, 1)
+    panel.show(after(FACTS, state, do.RecognitionFinished(state.recognition.request)))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (2, 2)
+
+
     hand(labelled(gui, "Observed"), 0.5)
     hand(labelled(gui, "Iterations"), 40)
     hand(labelled(gui, "Trials"), 3)

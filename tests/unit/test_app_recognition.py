@@ -13,6 +13,7 @@ from rnnpb_explorer.app.panels.recognise import status_line
 from rnnpb_explorer.app.state import AppState
 from rnnpb_explorer.app.update import update
 from rnnpb_explorer.app.uploads import read_upload
+from rnnpb_explorer.app.transitions import stop_recognition
 from rnnpb_explorer.core.motion import MAX_CSV_BYTES, format_motion
 
 from .app_states import (
@@ -99,10 +100,9 @@ def test_a_refused_upload_leaves_everything_but_says_why() -> None:
     assert works == ()
     assert state.models == before.models
     assert state.recognition.target is TARGET
-    assert state.recognition.trace is before.recognition.trace
+    assert state.recognition is before.recognition  # with its line on the run
     assert state.notice is not None
     assert (state.notice.text, state.notice.good) == ("row 3 has a gap", False)
-    assert "row 3 has a gap" in status_line(state.recognition)
 
 
 def test_a_target_with_other_joints_is_no_target_of_this_model() -> None:
@@ -286,6 +286,25 @@ def test_a_run_without_an_iteration_ends_where_it_began() -> None:
 def test_cancelling_leaves_the_path_and_the_robot_where_they_are() -> None:
     state = stepped(running(), 2, trials=1)
     state, works = update(FACTS, state, do.CancelRecognition())
+def test_the_iteration_on_the_screen_is_known_however_a_run_ends() -> None:
+    state = stepped(running(trials=2), 3)
+    request = state.recognition.request
+    ends = [
+        after(FACTS, state, do.CancelRecognition()),
+        after(FACTS, state, do.WorkFailed("recognition", request, "broken")),
+        stop_recognition(state)[0],  # a reload
+    ]
+    for end in ends:
+        recognition = end.recognition
+        assert (recognition.iteration, recognition.trial) == (2, 0)  # the best is (1, 1)
+        np.testing.assert_allclose(end.current.latent.mu, PATH[2, 0])
+    end = after(FACTS, state, do.RecognitionFinished(request))
+    assert (end.recognition.iteration, end.recognition.trial) == (1, 1)
+    end = after(FACTS, end, do.ScrubRecognition(0, 1))
+    assert (end.recognition.iteration, end.recognition.trial) == (0, 1)
+    assert with_target().recognition.iteration == 0
+
+
     assert (do.CancelRecogniseWork, -1) in wanted((state, works))
     assert state.recognition.status == "cancelled"
     assert state.recognition.trace is not None
