@@ -13,6 +13,7 @@ import viser
 from .. import intents as do
 from ..state import AppState, ModelFacts, Recognition, RecognitionTrace
 from ..uploads import read_upload
+from .text import text_lines, write
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
@@ -42,7 +43,7 @@ class RecognisePanel:
         self._example = Bound(
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
         )
-        self._target = gui.add_markdown("")
+        self._target = gui.add_html("")
         self._init = Bound(
             gui.add_dropdown("Warm start", list(INITS)),
             lambda label: send(do.SetRecognitionOption("init", INITS[label])),
@@ -68,7 +69,11 @@ class RecognisePanel:
         self._forget = gui.add_button("Forget the target", icon=viser.Icon.X, visible=False)
         on_click(self._forget, lambda: send(do.ClearTarget()))
         self._progress = gui.add_progress_bar(0.0, visible=False)
-        self._status = gui.add_markdown("")
+        self._status = gui.add_html("")
+        shown = gui.add_slider(
+            "Iteration", 1, 2, 1, 1, visible=False, hint="look at each belief again"
+        )
+        trial = gui.add_slider("Trial", 1, 2, 1, 1, visible=False)
         self._shown = Bound(
             gui.add_slider(
                 "Iteration", 1, 2, 1, 1, visible=False, hint="look at each belief again"
@@ -127,9 +132,7 @@ class RecognisePanel:
             done = 0 if trace is None else trace.iterations
             self._assign(self._progress, value=100.0 * done / recognition.planned)
         self._show_scrub(recognition)
-        content = status_line(recognition)
-        if self._status.content != content:
-            self._status.content = content
+        write(self._status, text_lines(status_line(recognition)))
         self._show_loss(recognition)
 
     def _show_settings(self, recognition: Recognition) -> None:
@@ -142,10 +145,9 @@ class RecognisePanel:
             content = "No target yet."
             self._example.show(CHOOSE)
         else:
-            content = f"Target: **{target.name}**, {len(target)} frames at {target.fps:g} Hz"
+            content = f"Target: {target.name}, {len(target)} frames at {target.fps:g} Hz"
             self._example.show(target.name if target.name in self._examples else CHOOSE)
-        if self._target.content != content:
-            self._target.content = content
+        write(self._target, text_lines(content))
 
     def _show_scrub(self, recognition: Recognition) -> None:
         trace = recognition.trace
