@@ -240,6 +240,7 @@ class Moment:
     active: int
     latents: tuple[Latent, ...]
     recognition: Recognition
+    screen: AppState | None = None  # where a state code replaced all of it
 
 
 def initial_latent(facts: ModelFacts, motion: int) -> Latent:
