@@ -6,8 +6,8 @@ import viser
 
 TEXT = """
 **Drag the yellow puck** on a board: the parametric bias (PB) moves, and Pepper with it. On the
-**PB map** (above) it moves along two principal components, with **Shift** along the next two. On
-the **landscape** (below) it moves along two components of μ.
+**PB map** (the upper board) it moves along two principal components, with **Shift** along the next
+two. On the **landscape** (the lower one) it moves along two components of μ.
 
 **Click a point** of the map to go to a learned motion.
 

@@ -653,8 +653,8 @@ def at_once(register: Callable[..., Any], hasty: list[str]) -> Callable[..., Any
 def test_the_help_speaks_of_the_screen_as_it_is() -> None:
     stage = stage_for(1)
     assert stage.map_board.center[2] > stage.landscape_board.center[2]
-    assert "**PB map** (above)" in TEXT
-    assert "**landscape** (below)" in TEXT
+    assert "**PB map** (the upper board)" in TEXT
+    assert "**landscape** (the lower one)" in TEXT
     for suffix, word in {".csv": "CSV", ".json": "JSON", ".py": "NAOqi script"}.items():
         assert suffix in SUFFIXES
         assert word in TEXT
