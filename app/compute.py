@@ -102,22 +102,66 @@ class Computations:
             trials=work.trials,
             seed=work.seed,
         )
-        steps: list[RecognitionStep] = []
-        for step in recognize(self._models[work.model], work.target, config):
-            if cancelled.is_set():
+        model = self._models[work.model]
+        path = _Path(work, model.config.pb_dim)
+        for step in recognize(model, work.target, config, cancelled=cancelled.is_set):
+            fault = _fault(step)
+            if fault is not None:  # no board could draw it; what was finite stays
+                yield do.WorkFailed("recognition", work.request, fault)
                 return
-            steps.append(step)
-            yield do.RecognitionStepped(work.request, _trace(steps))
+            yield do.RecognitionStepped(work.request, path.add(step))
         yield do.RecognitionFinished(work.request)
 
 
-def _trace(steps: list[RecognitionStep]) -> RecognitionTrace:
-    last = steps[-1]
-    return RecognitionTrace(
-        mu=np.stack([step.mu for step in steps] + [last.mu_next]).astype(np.float64),
-        sigma=np.stack([step.sigma for step in steps] + [last.sigma_next]).astype(np.float64),
-        pb=np.stack([step.pb for step in steps]).astype(np.float64),
-        loss=np.stack([step.loss for step in steps]).astype(np.float64),
-        prediction_error=np.stack([step.prediction_error for step in steps]).astype(np.float64),
-        early_update=np.stack([step.early_update for step in steps]),
-    )
+class _Path:
+    """Room for all iterations of a run: a step writes its own rows, and a trace is a view of them.
+
+    The rows of a trace that went out are not written again but for the last mu and sigma, which
+    the next step writes anew with the same values. A step's motions are not kept.
+    """
+
+    def __init__(self, work: do.RecogniseWork, pb_dim: int) -> None:
+        shape = (work.iterations, work.trials)
+        self._steps = 0
+        self._mu = np.empty((work.iterations + 1, work.trials, pb_dim))
+        self._sigma = np.empty_like(self._mu)
+        self._pb = np.empty((*shape, pb_dim))
+        self._loss = np.empty(shape)
+        self._prediction_error = np.empty(shape)
+        self._early_update = np.empty(shape, dtype=np.bool_)
+
+    def add(self, step: RecognitionStep) -> RecognitionTrace:
+        """The trace with this step at its end."""
+        at = self._steps
+        self._steps = now = at + 1
+        self._mu[at : at + 2] = step.mu, step.mu_next
+        self._sigma[at : at + 2] = step.sigma, step.sigma_next
+        self._pb[at] = step.pb
+        self._loss[at] = step.loss
+        self._prediction_error[at] = step.prediction_error
+        self._early_update[at] = step.early_update
+        return RecognitionTrace(
+            mu=self._mu[: now + 1],
+            sigma=self._sigma[: now + 1],
+            pb=self._pb[:now],
+            loss=self._loss[:now],
+            prediction_error=self._prediction_error[:now],
+            early_update=self._early_update[:now],
+        )
+
+
+def _fault(step: RecognitionStep) -> str | None:
+    """The first of a step's values that is no number any more, in a line; None where all are."""
+    for name, values in (
+        ("μ", step.mu),
+        ("σ", step.sigma),
+        ("PB", step.pb),
+        ("loss", step.loss[:, None]),
+        ("μ", step.mu_next),
+        ("σ", step.sigma_next),
+    ):
+        finite = np.isfinite(values).all(axis=1)  # (K,)
+        if not finite.all():
+            trial = int(finite.argmin()) + 1
+            return f"the {name} of trial {trial} is not finite in iteration {step.iteration + 1}"
+    return None

@@ -187,6 +187,11 @@ class ExportMotion:
     """Write the motion on the screen as a file, and hand it to the browser."""
 
 
+@dataclass(frozen=True)
+class DownloadMotion:
+    """The same as CSV and just as it is, whatever is set for an export."""
+
+
 # --- recognition ---
 @dataclass(frozen=True, eq=False)
 class SetTarget:
@@ -323,6 +328,7 @@ Intent = (
     | SetSideBySide
     | SetExportOption
     | ExportMotion
+    | DownloadMotion
     | SetTarget
     | RefuseTarget
     | ClearTarget

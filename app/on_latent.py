@@ -160,6 +160,8 @@ def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
     # Settings were not part of the gesture that is taken back: the next run keeps them.
     recognition = to.recognition.with_settings_of(state.recognition)
     state = replace(state, recognition=recognition, gesture="")
+    if to.screen is not None:
+        state = _shown_as(state, to.screen)
     state = _activate(facts, state, to.active)
     works: tuple[do.Work, ...] = ()
     for index, latent in enumerate(to.latents):
@@ -168,12 +170,41 @@ def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
     return state, works
 
 
+def _shown_as(state: AppState, screen: AppState) -> AppState:
+    """All that a state code holds besides the latents, as it was on another screen."""
+    models = tuple(
+        replace(model, anchor=was.anchor)
+        for model, was in zip(state.models, screen.models, strict=True)
+    )
+    return replace(
+        state,
+        models=models,
+        playback=screen.playback,
+        map_axes=screen.map_axes,
+        landscape_axes=screen.landscape_axes,
+        window=screen.window,
+        colouring=screen.colouring,
+        joint=screen.joint,
+        side_by_side=screen.side_by_side,
+        eyes=screen.eyes,
+        export=screen.export,
+        use_target=screen.use_target,
+        seed=screen.seed,
+        draws=screen.draws,
+    )
+
+
+def _mirror(state: AppState, to: Moment) -> Moment:
+    """The present, as much of it as the way to the other moment changes."""
+    return moment(state, whole=to.screen is not None)
+
+
 def undo(facts: Facts, state: AppState, intent: do.Undo) -> Update:
     if not state.undo:
         return notify(state, "Nothing to undo", good=True), ()
     state, works = stop_recognition(state)
     to = state.undo[-1]
-    state = replace(state, redo=(*state.redo, moment(state)), undo=state.undo[:-1])
+    state = replace(state, redo=(*state.redo, _mirror(state, to)), undo=state.undo[:-1])
     state, more = _go_to(facts, state, to)
     return state, works + more
 
@@ -183,6 +214,6 @@ def redo(facts: Facts, state: AppState, intent: do.Redo) -> Update:
         return notify(state, "Nothing to redo", good=True), ()
     state, works = stop_recognition(state)
     to = state.redo[-1]
-    state = replace(state, undo=(*state.undo, moment(state)), redo=state.redo[:-1])
+    state = replace(state, undo=(*state.undo, _mirror(state, to)), redo=state.redo[:-1])
     state, more = _go_to(facts, state, to)
     return state, works + more

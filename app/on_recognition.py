@@ -52,8 +52,8 @@ def set_target(facts: Facts, state: AppState, intent: do.SetTarget) -> Update:
 
 
 def refuse_target(facts: Facts, state: AppState, intent: do.RefuseTarget) -> Update:
-    recognition = replace(state.recognition, message=intent.reason)
-    return notify(replace(state, recognition=recognition), intent.reason), ()
+    """The notice says why; the line on the last run is of that run."""
+    return notify(state, intent.reason), ()
 
 
 def clear_target(facts: Facts, state: AppState, intent: do.ClearTarget) -> Update:

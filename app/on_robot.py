@@ -7,7 +7,7 @@ from typing import Any
 
 from ..robot.export import FORMATS
 from . import intents as do
-from .state import AppState
+from .state import AppState, ExportOptions
 from .transitions import Facts, Update, notify, put_model, want_motion
 
 
@@ -35,13 +35,21 @@ def set_export_option(facts: Facts, state: AppState, intent: do.SetExportOption)
 
 def export_motion(facts: Facts, state: AppState, intent: do.ExportMotion) -> Update:
     """Export what is on the screen now."""
+    return _write(facts, state, state.export)
+
+
+def download_motion(facts: Facts, state: AppState, intent: do.DownloadMotion) -> Update:
+    return _write(facts, state, ExportOptions("csv", beyond_limits=True))
+
+
+def _write(facts: Facts, state: AppState, options: ExportOptions) -> Update:
     motion, one = state.current.motion, facts[state.active]
     if motion is None:
         return state, ()
     request = state.requests + 1
     export = replace(state.export, request=request, written="")
     name = f"{one.motions[state.current.latent.motion]} {one.name}"
-    work = do.ExportWork(state.active, request, name, motion.positions, export)
+    work = do.ExportWork(state.active, request, name, motion.positions, options)
     return replace(state, export=export, requests=request), (work,)
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from ..core.motion import Motion, format_motion
 from ..robot.description import Robot
 from ..robot.kinematics import size
 from . import intents as do
@@ -51,7 +50,6 @@ class Screen:
         self._size = size(robot)  # half width, height
         self._stage = stage_for(len(facts), *self._size)
         self._send = send
-        self._shown: AppState | None = None
         self._notice: Notice | None = state.notice
         self._go_home = threading.Event()
         self._home: tuple[float, NDArray[np.float64]] | None = None  # aspect, position
@@ -97,7 +95,6 @@ class Screen:
                 self._send,
                 code,
                 self.ask_for_home,
-                self._download,
                 has_eyes=self.robots.have_eyes,
             )
         with tabs.add_tab("Help"):
@@ -129,7 +126,6 @@ class Screen:
     # --- showing ---
     def show(self, state: AppState) -> None:
         """Bring everything to a state; only what differs from what stands there is written."""
-        self._shown = state
         with self._client.atomic():
             self.robots.show(state)
             self.map_board.show(state)
@@ -159,16 +155,6 @@ class Screen:
             color="green" if notice.good else "red",
             auto_close_seconds=4.0 if notice.good else 12.0,
         )
-
-    def _download(self) -> None:
-        """Send the motion on the screen to the browser, as it is (viser's event loop)."""
-        if self._shown is None or self._shown.current.motion is None:
-            return
-        facts = self._facts[self._shown.active]
-        name = f"{facts.motions[self._shown.current.latent.motion]} {facts.name}"
-        positions = self._shown.current.motion.positions
-        motion = Motion(name, facts.joints, positions, facts.fps)
-        self._client.send_file_download(f"{name}.csv", format_motion(motion).encode())
 
     # --- the camera ---
     def ask_for_home(self) -> None:

@@ -145,8 +145,17 @@ class Recognition:
     planned: int = 0  # iterations of the run; `iterations` may be set anew meanwhile
     trace: RecognitionTrace | None = None
     trial: int = 0  # the trial that is drawn
-    shown: int | None = None  # the iteration scrubbed to; None follows the newest
+    shown: int | None = None  # the iteration scrubbed to; None where nobody has
     message: str = ""
+
+    @property
+    def iteration(self) -> int:
+        """The iteration that was put on the screen last, from 0: by hand, or by the run."""
+        if self.trace is None:
+            return 0
+        if self.shown is not None:
+            return self.shown
+        return self.trace.best[0] if self.status == "finished" else self.trace.iterations - 1
 
     def with_settings_of(self, other: Recognition) -> Recognition:
         """This target and run, but what is set for the next run as in another recognition."""
@@ -231,6 +240,7 @@ class Moment:
     active: int
     latents: tuple[Latent, ...]
     recognition: Recognition
+    screen: AppState | None = None  # where a state code replaced all of it
 
 
 def initial_latent(facts: ModelFacts, motion: int) -> Latent:

@@ -23,10 +23,19 @@ from .on_latent import MAX_MU, MAX_SIGMA
 from .on_view import MAX_SPEED, MIN_SPEED
 from .slices import drawable_axes
 from .state import AppState, ExportOptions, Latent, ModelFacts, Playback
-from .transitions import Facts, Update, notify, opening_work, put_model, remember, stop_recognition
+from .transitions import (
+    Facts,
+    Update,
+    given_target,
+    notify,
+    opening_work,
+    put_model,
+    remember,
+    stop_recognition,
+)
 
 PREFIX = "rnnpb1-"
-MAX_CODE_LENGTH = 20_000
+MAX_CODE_LENGTH = 64_000  # four models of 128 dimensions take 27,000
 MAX_TEXT_LENGTH = 100_000
 MAX_COUNT = 2**32 - 1
 
@@ -34,9 +43,10 @@ MAX_COUNT = 2**32 - 1
 def encode(facts: Facts, state: AppState) -> str:
     """The state code of a screen.
 
-    An uploaded motion and a running recognition are not in it, nor that somebody insisted on an
-    export beyond the limits: that is for each one to say.
+    An uploaded motion is not in it, only whether there was one in use; nor is a recognition, nor
+    that somebody insisted on an export beyond the limits: that is for each one to say.
     """
+    uses_target = any(given_target(facts, state, index) for index in range(len(facts)))
     content = {
         "models": [
             {
@@ -66,6 +76,7 @@ def encode(facts: Facts, state: AppState) -> str:
         "export": [state.export.file_format, state.export.safe_posture],
         "draws": state.draws,
         "seed": state.seed,
+        "target": uses_target,
     }
     packed = zlib.compress(json.dumps(content, separators=(",", ":")).encode(), 9)
     return PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
@@ -73,6 +84,9 @@ def encode(facts: Facts, state: AppState) -> str:
 
 def decode(facts: Facts, state: AppState, code: str) -> AppState:
     """`state` with everything that the code holds.
+
+    Where the code was made without an uploaded motion, or before codes said so, one that is there
+    is not compared with.
 
     Raises:
         InputError: not a state code, or one of other models than are loaded.
@@ -115,6 +129,7 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
             side_by_side=content.get("side_by_side") is True,
             eyes=content.get("eyes") is not False,
             export=_export(state.export, content.get("export")),
+            use_target=content.get("target") is True,
             draws=int(_number(content["draws"], 0, MAX_COUNT)),
             seed=int(_number(content["seed"], 0, MAX_COUNT)),
         )
@@ -125,23 +140,38 @@ def decode(facts: Facts, state: AppState, code: str) -> AppState:
 
 
 def restore(facts: Facts, state: AppState, intent: do.RestoreCode) -> Update:
-    """Put the screen of a code on, or say why not; undo leads back."""
+    """Put the screen of a code on, or say why not; undo leads back to all that it replaced."""
     try:
         restored = decode(facts, state, intent.code)
     except InputError as error:
         return notify(state, str(error)), ()
     state, works = stop_recognition(state)
-    state = remember(state, "")
+    state = remember(state, "", whole=True)
     restored = replace(
-        restored, undo=state.undo, redo=state.redo, recognition=state.recognition, gesture=""
+        restored,
+        undo=state.undo,
+        redo=state.redo,
+        recognition=state.recognition,
+        gesture="",
     )
+    if restored.use_target:
+        here = given_target(facts, restored, restored.active)
+        instead = "the model's own" if here is None else here.name
+        restored = notify(
+            restored,
+            "The code was made with an uploaded motion, which a code does not hold; "
+            f"here {instead} stands in",
+            good=True,
+        )
     restored, more = opening_work(facts, restored)
     return restored, works + more
 
 
 def _unpack(code: str) -> dict[str, Any]:
-    if not code.startswith(PREFIX) or len(code) > MAX_CODE_LENGTH:
+    if not code.startswith(PREFIX):
         raise InputError(f"not a state code; one begins with {PREFIX}")
+    if len(code) > MAX_CODE_LENGTH:
+        raise InputError(f"the state code is longer than {MAX_CODE_LENGTH} characters")
     packed = code.removeprefix(PREFIX)
     try:
         raw = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))

@@ -135,17 +135,22 @@ def notify(state: AppState, text: str, *, good: bool = False) -> AppState:
     return replace(state, notice=Notice(number, text, good))
 
 
-def remember(state: AppState, gesture: str) -> AppState:
-    """Keep the present for undo, unless the same gesture (one drag, one slider) goes on."""
+def remember(state: AppState, gesture: str, *, whole: bool = False) -> AppState:
+    """Keep the present for undo, unless the same gesture (one drag, one slider) goes on.
+
+    Args:
+        whole: keep all that a state code replaces, not the latents and the recognition alone.
+    """
     if gesture and gesture == state.gesture:
         return replace(state, rested=0.0)
-    return replace(
-        state, undo=(*state.undo, moment(state))[-MAX_UNDO:], redo=(), gesture=gesture, rested=0.0
-    )
+    undo = (*state.undo, moment(state, whole=whole))[-MAX_UNDO:]
+    return replace(state, undo=undo, redo=(), gesture=gesture, rested=0.0)
 
 
-def moment(state: AppState) -> Moment:
-    return Moment(state.active, tuple(model.latent for model in state.models), state.recognition)
+def moment(state: AppState, *, whole: bool = False) -> Moment:
+    latents = tuple(model.latent for model in state.models)
+    screen = replace(state, undo=(), redo=()) if whole else None
+    return Moment(state.active, latents, state.recognition, screen)
 
 
 def show_latent(

@@ -45,6 +45,7 @@ _HANDLERS: dict[type, Callable[[Facts, AppState, Any], Update]] = {
     do.SetSideBySide: on_robot.set_side_by_side,
     do.SetExportOption: on_robot.set_export_option,
     do.ExportMotion: on_robot.export_motion,
+    do.DownloadMotion: on_robot.download_motion,
     do.SetTarget: on_recognition.set_target,
     do.RefuseTarget: on_recognition.refuse_target,
     do.ClearTarget: on_recognition.clear_target,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import logging
+import threading
+from collections.abc import Callable
 from pathlib import PurePosixPath
 
 from ..core.errors import InputError
@@ -12,6 +15,43 @@ from . import intents as do
 from .state import EyeTrack, ModelFacts
 
 MAX_NAME = 76  # characters
+log = logging.getLogger(__name__)
+
+
+class UploadReader:
+    """Reads files on threads of its own, one after another; the last one asked for counts.
+
+    Args:
+        send: gets what a file is: `SetTarget` or `RefuseTarget`; called on one of those threads.
+    """
+
+    def __init__(self, send: Callable[[do.Intent], None]) -> None:
+        self._send = send
+        self._turn = threading.Lock()
+        self._asked = 0
+
+    def read(self, name: str, load: Callable[[], bytes], facts: ModelFacts) -> None:
+        """Read what `load` brings as a motion for a model; returns at once.
+
+        It is called on viser's event loop alone. A large file takes half a second, in which nobody
+        else should have to wait.
+        """
+        self._asked += 1
+        threading.Thread(
+            target=self._read, args=(self._asked, name, load, facts), name="upload", daemon=True
+        ).start()
+
+    def _read(self, number: int, name: str, load: Callable[[], bytes], facts: ModelFacts) -> None:
+        with self._turn:
+            if number < self._asked:  # something else was chosen meanwhile
+                return
+            try:
+                intent = read_upload(name, load(), facts)
+            except Exception as error:  # the thread's boundary: nothing may vanish unseen
+                log.exception("reading the upload %r failed", name)
+                intent = do.RefuseTarget(f"the file could not be read: {error}")
+            if number == self._asked:
+                self._send(intent)
 
 
 def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:

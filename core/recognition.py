@@ -21,7 +21,7 @@ way that it goes alone.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields
 from typing import Literal, cast, get_args
 
@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from .batching import chunks
-from .errors import InputError
+from .errors import Cancelled, InputError
 from .model import RNNPB
 
 Array = NDArray[np.float32]
@@ -99,19 +99,30 @@ class RecognitionStep:
 
 
 def recognize(
-    model: RNNPB, target: ArrayLike, config: RecognitionConfig | None = None
+    model: RNNPB,
+    target: ArrayLike,
+    config: RecognitionConfig | None = None,
+    *,
+    cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[RecognitionStep]:
     """Recognise a motion, one iteration at a time; stop iterating to stop.
 
     Args:
         target: (T, J), of which the first int(observed * T) frames are observed.
+        cancelled: asked before each iteration, and between chunks of the warm start's search, which
+            comes before the first and can take longer than all of them.
 
     Raises:
         InputError: a target of another number of joints, too short, or not finite.
+        Cancelled: `cancelled` said so.
     """
     config = config or RecognitionConfig()
     motion = check_target(model, target, config.observed)
-    return _iterate(model, motion, config)
+    return _iterate(model, motion, config, cancelled or _never)
+
+
+def _never() -> bool:
+    return False
 
 
 def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
@@ -133,14 +144,19 @@ def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
     return motion
 
 
-def _iterate(model: RNNPB, target: Tensor, config: RecognitionConfig) -> Iterator[RecognitionStep]:
+def _iterate(
+    model: RNNPB, target: Tensor, config: RecognitionConfig, cancelled: Callable[[], bool]
+) -> Iterator[RecognitionStep]:
     observed = int(config.observed * len(target))
-    starts, noise = _draw(model, target[:observed], config)  # (K, D), (iterations, K, D)
+    # (K, D), (iterations, K, D)
+    starts, noise = _draw(model, target[:observed], config, cancelled)
     pb_dim = starts.shape[1]
     belief = torch.cat([starts, torch.zeros_like(starts)], dim=1)  # (K, 2 D): mu, log sigma^2
     adam = _TrialAdam(belief, config.learning_rate)
     best = torch.full_like(starts[:, 0], config.threshold)  # (K,)
     for iteration in range(config.iterations):
+        if cancelled():
+            raise Cancelled
         mu, sigma = _mu_sigma(model, belief)
         pb = mu + sigma * noise[iteration]  # eq. 1
         output, losses, gradient = _compare(model, pb, target, observed)
@@ -204,7 +220,9 @@ class _TrialAdam:
 
 
 @torch.no_grad()
-def _draw(model: RNNPB, observation: Tensor, config: RecognitionConfig) -> tuple[Tensor, Tensor]:
+def _draw(
+    model: RNNPB, observation: Tensor, config: RecognitionConfig, cancelled: Callable[[], bool]
+) -> tuple[Tensor, Tensor]:
     """Where mu starts, (K, D), and the noise of every iteration, (iterations, K, D)."""
     pb_dim = model.config.pb_dim
     trials = range(config.first_trial, config.first_trial + config.trials)
@@ -212,28 +230,35 @@ def _draw(model: RNNPB, observation: Tensor, config: RecognitionConfig) -> tuple
     if config.init == "random":
         draws = [RANDOM_SPREAD * s.standard_normal((config.candidates, pb_dim)) for s in streams]
         candidates = torch.as_tensor(np.stack(draws)).to(model.mu)  # (K, n, D)
-        losses = observed_losses(model, candidates.flatten(0, 1), observation)
+        losses = observed_losses(model, candidates.flatten(0, 1), observation, cancelled)
         closest = losses.view(config.trials, -1).argmin(dim=1)
         starts = candidates[torch.arange(config.trials), closest]
     else:
         start = torch.zeros_like(model.mu[0])
         if config.init == "learned":
-            start = model.mu[observed_losses(model, model.mu, observation).argmin()]
+            losses = observed_losses(model, model.mu, observation, cancelled)
+            start = model.mu[losses.argmin()]
         starts = start.repeat(config.trials, 1)
     noise = [stream.standard_normal((config.iterations, pb_dim)) for stream in streams]
     return starts, torch.as_tensor(np.stack(noise, axis=1)).to(model.mu)
 
 
 @torch.no_grad()
-def observed_losses(model: RNNPB, pbs: Tensor, observation: Tensor) -> Tensor:
-    """(B,) squared error of the motions of PBs (B, D) against an observation (T, J), as a mean."""
+def observed_losses(
+    model: RNNPB, pbs: Tensor, observation: Tensor, cancelled: Callable[[], bool] = _never
+) -> Tensor:
+    """(B,) squared error of the motions of PBs (B, D) against an observation (T, J), as a mean.
+
+    Raises:
+        Cancelled: `cancelled`, asked between chunks of work, said so.
+    """
     frames = len(observation)
-    return torch.cat(
-        [
-            (model.generate(chunk, frames) - observation).square().mean(dim=(1, 2))
-            for chunk in chunks(pbs, frames)
-        ]
-    )
+    losses = []
+    for chunk in chunks(pbs, frames):
+        if cancelled():
+            raise Cancelled
+        losses.append((model.generate(chunk, frames) - observation).square().mean(dim=(1, 2)))
+    return torch.cat(losses)
 
 
 def to_numpy(values: Tensor) -> Array:

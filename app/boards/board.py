@@ -46,7 +46,6 @@ class BoardView:
 
     Args:
         first: the picture to begin with; inputs: what it was drawn from.
-        touched: gets every touch; called on viser's event loop, so it only hands on.
     """
 
     def __init__(
@@ -56,11 +55,10 @@ class BoardView:
         place: Place,
         first: Board,
         inputs: Inputs,
-        touched: Callable[[Touch], None],
         clock: Callable[[], float],
     ) -> None:
         self.place, self.frame = place, first.frame
-        self._touched, self._clock = touched, clock
+        self._clock = clock
         self._drawn_from, self._next_redraw = inputs, 0.0
         self._gesture = 0
         axes = np.stack([place.right, -place.up, -place.normal], axis=1)  # rows go downwards
@@ -79,7 +77,7 @@ class BoardView:
         )
         self._puck = scene.add_frame(f"/boards/{name}-puck", show_axes=False, visible=False)
         # A cylinder stands along z; turned like the board it is a disc that lies flat on it.
-        discs = [
+        self._discs = [
             scene.add_cylinder(
                 f"/boards/{name}-puck/{part}",
                 radius,
@@ -95,7 +93,11 @@ class BoardView:
                 ("disc", PUCK_RADIUS, 0.016, PUCK_COLOR),
             )
         ]
-        for handle in (self._image, *discs):
+
+    def on_touch(self, touched: Callable[[Touch], None]) -> None:
+        """Have every touch reported; on viser's event loop, so `touched` only hands on."""
+        self._touched = touched
+        for handle in (self._image, *self._discs):
             handle.on_drag("left")(self._on_drag)
             handle.on_drag("left", modifier="shift")(self._on_drag)
         self._image.on_click(self._on_click)

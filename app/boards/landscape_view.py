@@ -34,7 +34,8 @@ class LandscapeView:
         self._facts, self._send = facts, send
         self._axes = len(landscape_slice(facts[state.active], state, state.current).labels)
         first, inputs = self._picture(state), self._inputs(state)
-        self.board = BoardView(scene, "landscape", place, first, inputs, self._touched, clock)
+        self.board = BoardView(scene, "landscape", place, first, inputs, clock)
+        self.board.on_touch(self._touched)
 
     def show(self, state: AppState) -> None:
         facts = self._facts[state.active]

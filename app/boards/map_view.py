@@ -46,7 +46,8 @@ class MapView:
         self._styles: dict[tuple[int, str], PointStyle] = {}
         self._grabbed: tuple[Array, Array] | None = None  # pointer and hidden coordinates at start
         first, inputs = self._picture(state), self._inputs(state)
-        self.board = BoardView(scene, "map", place, first, inputs, self._touched, clock)
+        self.board = BoardView(scene, "map", place, first, inputs, clock)
+        self.board.on_touch(self._touched)
 
     def show(self, state: AppState) -> None:
         self._state = state

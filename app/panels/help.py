@@ -6,8 +6,8 @@ import viser
 
 TEXT = """
 **Drag the yellow puck** on a board: the parametric bias (PB) moves, and Pepper with it. On the
-**PB map** (left) it moves along two principal components, with **Shift** along the next two. On
-the **landscape** (right) it moves along two components of μ.
+**PB map** (the upper board) it moves along two principal components, with **Shift** along the next
+two. On the **landscape** (the lower one) it moves along two components of μ.
 
 **Click a point** of the map to go to a learned motion.
 
@@ -15,8 +15,9 @@ The landscape shows how alike a motion stays to its target while μ changes: blu
 same, red where it is the opposite. A smooth latent space has wide blue plains, a rugged one has
 cliffs.
 
-**Recognise**: give it a CSV motion (a header of joint names, one row a frame, radians). The model
-moves μ and σ until it reproduces what it sees.
+**Recognise**: give it a motion, as CSV (a header of joint names, one row a frame, radians) or as
+JSON or NAOqi script as the tab **Robot** exports them. The model moves μ and σ until it reproduces
+what it sees.
 
 Keys: **Space** plays and pauses, **Z** undoes, **Y** does it again, **R** resets the view.
 **Ctrl+K** opens the list of commands.

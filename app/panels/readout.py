@@ -6,6 +6,7 @@ import viser
 
 from ..state import AppState, ModelFacts
 from ..words import target_label, window_label
+from .text import text_lines, write
 
 
 class ReadoutPanel:
@@ -13,12 +14,10 @@ class ReadoutPanel:
 
     def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...]) -> None:
         self._facts = facts
-        self._text = gui.add_markdown("")
+        self._text = gui.add_html("")
 
     def show(self, state: AppState) -> None:
-        content = readout(self._facts[state.active], state)
-        if self._text.content != content:
-            self._text.content = content
+        write(self._text, text_lines(readout(self._facts[state.active], state)))
 
 
 def readout(facts: ModelFacts, state: AppState) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -12,8 +11,9 @@ import viser
 
 from .. import intents as do
 from ..state import AppState, ModelFacts, Recognition, RecognitionTrace
-from ..uploads import read_upload
+from ..uploads import UploadReader
 from .bound import Bound, on_click
+from .text import text_lines, write
 
 Send = Callable[[do.Intent], None]
 CHOOSE = "choose …"
@@ -29,8 +29,9 @@ class RecognisePanel:
     """Upload or choose a target, start, watch, cancel, scrub."""
 
     def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
-        self._facts, self._send = facts, send
+        self._facts = facts
         self._active = 0
+        self._reader = UploadReader(send)
         self._upload = gui.add_upload_button(
             "Upload a motion",
             icon=viser.Icon.UPLOAD,
@@ -42,7 +43,7 @@ class RecognisePanel:
         self._example = Bound(
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
         )
-        self._target = gui.add_markdown("")
+        self._target = gui.add_html("")
         self._init = Bound(
             gui.add_dropdown("Warm start", list(INITS)),
             lambda label: send(do.SetRecognitionOption("init", INITS[label])),
@@ -68,14 +69,17 @@ class RecognisePanel:
         self._forget = gui.add_button("Forget the target", icon=viser.Icon.X, visible=False)
         on_click(self._forget, lambda: send(do.ClearTarget()))
         self._progress = gui.add_progress_bar(0.0, visible=False)
-        self._status = gui.add_markdown("")
-        self._shown = Bound(
-            gui.add_slider(
-                "Iteration", 1, 2, 1, 1, visible=False, hint="look at each belief again"
-            ),
-            self._scrub,
+        self._status = gui.add_html("")
+        shown = gui.add_slider(
+            "Iteration", 1, 2, 1, 1, visible=False, hint="look at each belief again"
         )
-        self._trial = Bound(gui.add_slider("Trial", 1, 2, 1, 1, visible=False), self._scrub_trial)
+        trial = gui.add_slider("Trial", 1, 2, 1, 1, visible=False)
+        self._shown = Bound(
+            shown, lambda value: send(do.ScrubRecognition(value - 1, trial.value - 1))
+        )
+        self._trial = Bound(
+            trial, lambda value: send(do.ScrubRecognition(shown.value - 1, value - 1))
+        )
         self._loss = gui.add_uplot(
             (np.array([0.0, 1.0]), np.array([0.0, 0.0]), np.array([0.0, 0.0])),
             (
@@ -87,30 +91,19 @@ class RecognisePanel:
             height=170,
             visible=False,
         )
-        self._reading = asyncio.Lock()
         self._drawn: RecognitionTrace | None = None
         self._drawn_trial = -1
-        self._trace: RecognitionTrace | None = None
 
-    # --- what a person does (viser's event loop: parse and hand on) ---
+    # --- what a person does (viser's event loop: only hand on) ---
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         file = event.target.value
         content, file.content = file.content, b""  # the handle keeps the file: not its bytes, too
-        facts = self._facts[self._active]
-        async with self._reading:  # the last upload counts, even if it is read sooner
-            # A large file takes half a second, in which nobody else should have to wait.
-            self._send(await asyncio.to_thread(read_upload, file.name, content, facts))
+        self._reader.read(file.name, lambda: content, self._facts[self._active])
 
     def _choose_example(self, name: str) -> None:
         if name in self._examples:
-            content = self._examples[name].read_bytes()
-            self._send(read_upload(f"{name}.csv", content, self._facts[self._active]))
-
-    def _scrub(self, iteration: int) -> None:
-        self._send(do.ScrubRecognition(iteration - 1, self._trial.handle.value - 1))
-
-    def _scrub_trial(self, trial: int) -> None:
-        self._send(do.ScrubRecognition(self._shown.handle.value - 1, trial - 1))
+            load = self._examples[name].read_bytes
+            self._reader.read(f"{name}.csv", load, self._facts[self._active])
 
     # --- what the state says ---
     def show(self, state: AppState) -> None:
@@ -127,9 +120,7 @@ class RecognisePanel:
             done = 0 if trace is None else trace.iterations
             self._assign(self._progress, value=100.0 * done / recognition.planned)
         self._show_scrub(recognition)
-        content = status_line(recognition)
-        if self._status.content != content:
-            self._status.content = content
+        write(self._status, text_lines(status_line(recognition)))
         self._show_loss(recognition)
 
     def _show_settings(self, recognition: Recognition) -> None:
@@ -142,10 +133,9 @@ class RecognisePanel:
             content = "No target yet."
             self._example.show(CHOOSE)
         else:
-            content = f"Target: **{target.name}**, {len(target)} frames at {target.fps:g} Hz"
+            content = f"Target: {target.name}, {len(target)} frames at {target.fps:g} Hz"
             self._example.show(target.name if target.name in self._examples else CHOOSE)
-        if self._target.content != content:
-            self._target.content = content
+        write(self._target, text_lines(content))
 
     def _show_scrub(self, recognition: Recognition) -> None:
         trace = recognition.trace
@@ -158,8 +148,7 @@ class RecognisePanel:
             return
         self._assign(self._shown.handle, max=max(trace.iterations, 2))
         self._assign(self._trial.handle, max=max(trace.loss.shape[1], 2))
-        best = trace.best[0]
-        self._shown.show((best if recognition.shown is None else recognition.shown) + 1)
+        self._shown.show(recognition.iteration + 1)
         self._trial.show(recognition.trial + 1)
 
     def _show_loss(self, recognition: Recognition) -> None:

@@ -14,6 +14,7 @@ from .. import intents as do
 from ..state import AppState, CheckedMotion, ModelFacts
 from ..words import light_words, names_line, safety_lines
 from .bound import Bound, on_click
+from .text import TEXT_STYLE, text_lines, write
 
 Send = Callable[[do.Intent], None]
 
@@ -100,15 +101,10 @@ class RobotPanel:
         self._shown = what
         write(self._report, report_html(state))
         write(self._note, note_html(state))
-        write(self._written, _lines([export.written] if export.written else []))
+        write(self._written, text_lines(export.written))
         facts = self._facts[state.active]
         lines = joint_lines(self._robot, facts, self._matches[state.active])
-        write(self._joints, _lines(lines))
-
-
-def write(html: viser.GuiHtmlHandle, content: str) -> None:
-    if html.content != content:
-        html.content = content
+        write(self._joints, text_lines(*lines))
 
 
 def report_html(state: AppState) -> str:
@@ -117,7 +113,7 @@ def report_html(state: AppState) -> str:
     if checked is None:
         return ""
     report = checked.report
-    return _light(LIGHTS[report.light], light_words(report)) + _lines(safety_lines(report))
+    return _light(LIGHTS[report.light], light_words(report)) + text_lines(*safety_lines(report))
 
 
 def note_html(state: AppState) -> str:
@@ -129,8 +125,8 @@ def note_html(state: AppState) -> str:
         return _light(LIGHTS["red"], INSISTED)
     joints = checked.report.joints
     if not joints:
-        return _lines(["The motion is within the limits; it is exported as it is."])
-    return _lines([f"Limited in the file: {names_line(joints)}."])
+        return text_lines("The motion is within the limits; it is exported as it is.")
+    return text_lines(f"Limited in the file: {names_line(joints)}.")
 
 
 def joint_lines(robot: Robot, facts: ModelFacts, match: JointMatch) -> list[str]:
@@ -146,14 +142,6 @@ def joint_lines(robot: Robot, facts: ModelFacts, match: JointMatch) -> list[str]
 def _light(color: str, words: str) -> str:
     dot = f"width:0.9em;height:0.9em;border-radius:50%;flex:none;background:{color}"
     return (
-        f'<div style="{_TEXT};display:flex;align-items:center;gap:0.6em">'
+        f'<div style="{TEXT_STYLE};display:flex;align-items:center;gap:0.6em">'
         f'<span style="{dot}"></span><span>{escape(words)}</span></div>'
     )
-
-
-def _lines(lines: list[str]) -> str:
-    """Paragraphs; whatever stands in them is text, also the joint names of anyone's file."""
-    return "".join(f'<div style="{_TEXT}">{escape(line)}</div>' for line in lines)
-
-
-_TEXT = "font-size:0.875em;line-height:1.35;padding:0.15em 0.75em;overflow-wrap:anywhere"

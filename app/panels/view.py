@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from itertools import combinations
 
@@ -26,6 +27,10 @@ COLOURINGS: dict[str, Colouring] = {
 }
 PCA = "plane of the map"
 MAX_AXES = 8  # 28 pairs are enough to choose from
+NOT_IN_A_CODE = (
+    "A code holds the latents, playback and what the boards show, for a screen with the same "
+    "models; not an uploaded motion, nor its recognition."
+)
 
 
 class ViewPanel:
@@ -38,11 +43,11 @@ class ViewPanel:
         send: Send,
         code: Callable[[], str],
         reset_camera: Callable[[], None],
-        download: Callable[[], None],
         *,
         has_eyes: bool = False,
     ) -> None:
-        self._facts, self._send, self._code = facts, send, code
+        self._facts, self._code = facts, code
+        self._code_wanted = threading.Event()
         with gui.add_folder("PB map"):
             self._colouring = Bound(
                 gui.add_dropdown("Colour", list(COLOURINGS)),
@@ -77,17 +82,18 @@ class ViewPanel:
             lambda value: send(do.SetEyes(value)),
         )
         on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
-        on_click(gui.add_button("Download the motion (CSV)", icon=viser.Icon.DOWNLOAD), download)
+        download = gui.add_button(
+            "Download the motion (CSV)", icon=viser.Icon.DOWNLOAD, hint="as it is on the screen"
+        )
+        on_click(download, lambda: send(do.DownloadMotion()))
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
-            on_click(gui.add_button("Show the code of this screen"), self._show_code)
+            on_click(gui.add_button("Show the code of this screen"), self._code_wanted.set)
             on_click(
                 gui.add_button("Restore from the code"),
                 lambda: send(do.RestoreCode(self._text.handle.value)),
             )
-
-    def _show_code(self) -> None:
-        self._text.handle.value = self._code()
+            gui.add_markdown(NOT_IN_A_CODE)
 
     def show(self, state: AppState) -> None:
         facts = self._facts[state.active]
@@ -106,6 +112,9 @@ class ViewPanel:
         track = self._has_eyes and eyes_of(self._facts, state, state.active) is not None
         if self._eyes.handle.visible != track:
             self._eyes.handle.visible = track
+        if self._code_wanted.is_set():
+            self._code_wanted.clear()
+            self._text.handle.value = self._code()
 
     @staticmethod
     def _options(bound: Bound, options: list[str], shown: str) -> None:

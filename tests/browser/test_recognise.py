@@ -69,6 +69,18 @@ def test_a_recognition_can_be_cancelled(recognising: ExplorerPage, novel_motion:
     recognising.button("Start").wait_for()
 
 
+def test_the_name_of_a_file_is_shown_as_it_is_and_does_nothing_to_the_page(
+    recognising: ExplorerPage, novel_motion: bytes
+) -> None:
+    name = "<style>body{display:none}</style> *a*"
+    recognising.upload(f"{name}.csv", novel_motion)
+    recognising.text(f"Target: {name}, 60 frames").wait_for()
+    recognising.upload("<b>bad.csv", b"not a motion at all")
+    recognising.alert("<b>bad.csv").first.wait_for()
+    recognising.tab("Explore")
+    recognising.text(f"target: {name}").wait_for()
+
+
 BROKEN = {  # file name: content and what the message must say
     "joint.csv": (b"HeadPitch,HeadYaw\n0,0\n0,0\n", "HipPitch"),
     "text.csv": (b"not a motion at all", "text.csv"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
@@ -19,6 +20,7 @@ from rnnpb_explorer.app.transitions import Facts, opening_work, target_of
 from rnnpb_explorer.app.update import update
 
 from .app_states import (
+    after,
     landscape_result,
     make_facts,
     make_trace,
@@ -41,6 +43,18 @@ gesture = st.integers(1, 3)
 targets = st.sampled_from(
     [target_motion(10), target_motion(4, "other"), target_motion(joints=("v", "w", "x", "y", "z"))]
 )
+codes = st.sampled_from(
+    [
+        encode(facts, state)
+        for facts in (ALONE, SIDE_BY_SIDE)
+        for opened in [initial_state(facts)]
+        for state in (
+            opened,
+            after(facts, opened, do.SelectModel(1), do.RandomiseLatent(), do.SetWindow("sd")),
+            after(facts, opened, do.SetTarget(target_motion(10)), do.SetLandscapeAxes("pca")),
+        )
+    ]
+)
 intents = st.one_of(
     st.builds(do.SelectModel, index),
     st.builds(do.SelectMotion, index),
@@ -61,6 +75,7 @@ intents = st.one_of(
     st.builds(do.SetEyes, st.booleans()),
     st.builds(do.SetExportOption, st.just("file_format"), st.sampled_from(["json", "bvh"])),
     st.builds(do.SetTarget, targets),
+    st.builds(do.RestoreCode, codes),
     st.builds(do.RefuseTarget, st.text(max_size=5)),
     st.builds(do.ScrubRecognition, index, index),
     st.builds(
@@ -190,5 +205,6 @@ def test_models_side_by_side_hold(data: st.DataObject) -> None:
 def test_every_screen_that_can_be_reached_has_a_code(data: st.DataObject) -> None:
     screen = play(SIDE_BY_SIDE, data, steps=15)
     code = encode(screen.facts, screen.state)
-    restored = decode(screen.facts, initial_state(screen.facts), code)
-    assert encode(screen.facts, restored) == code
+    # A code says whether an upload is looked at; with the same one there, the same code comes out.
+    here = replace(initial_state(screen.facts), recognition=screen.state.recognition)
+    assert encode(screen.facts, decode(screen.facts, here, code)) == code

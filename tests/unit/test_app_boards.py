@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,6 +122,23 @@ def make(server: viser.ViserServer) -> Make:
 def middle_of(board: BoardView) -> tuple[float, float]:
     (left, right), (bottom, top) = board.frame.x_range, board.frame.y_range
     return (left + right) / 2, (bottom + top) / 2
+
+
+def test_a_touch_that_comes_at_once_finds_the_boards_ready(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on_click = viser.ImageHandle.on_click
+
+    def clicked(image: viser.ImageHandle, callback: Callable[..., Any]) -> None:
+        on_click(image, callback)
+        direction = np.asarray(image.position) - EYE
+        event = SimpleNamespace(ray_origin=tuple(EYE), ray_direction=tuple(direction))
+        hand_on(callback(event))
+
+    monkeypatch.setattr(viser.ImageHandle, "on_click", clicked)
+    on_map, on_landscape = make().sent
+    assert isinstance(on_map, (do.MoveOnMap, do.SelectMotion))
+    assert isinstance(on_landscape, do.MoveOnLandscape)
 
 
 # --- the puck ---

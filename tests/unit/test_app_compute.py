@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import weakref
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,17 +14,18 @@ import pytest
 import torch
 from arm import write_arm
 
+from rnnpb_explorer.app import compute
 from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.compute import Computations
 from rnnpb_explorer.app.server import ServerOptions, describe_models
 from rnnpb_explorer.app.state import AppState, ExportOptions, ModelFacts, initial_state
 from rnnpb_explorer.app.transitions import opening_work
 from rnnpb_explorer.app.update import update
-from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.landscape import landscape
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
-from rnnpb_explorer.core.motion import Motion
-from rnnpb_explorer.core.recognition import RecognitionConfig, recognize
+from rnnpb_explorer.core.motion import Motion, format_motion
+from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionStep, recognize
 from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.importing import import_motion
 from rnnpb_explorer.robot.safety import check_motion
@@ -155,6 +157,14 @@ def test_an_export_is_within_the_limits_unless_one_insists(tiny_model: RNNPB, be
     assert ("limited: " in ready.summary) != beyond
 
 
+def test_a_download_is_the_file_of_the_motion_itself(tiny_model: RNNPB) -> None:
+    work = do.ExportWork(0, 5, "wave", wild(), ExportOptions("csv", beyond_limits=True))
+    (ready,) = Computations((tiny_model,), ARM).export(work, Event())
+    assert isinstance(ready, do.ExportReady)
+    motion = Motion("wave", tiny_model.info.joints, wild(), tiny_model.info.fps)
+    assert ready.content == format_motion(motion)
+
+
 def test_a_robot_without_naoqi_gets_no_script(tiny_model: RNNPB) -> None:
     work = do.ExportWork(0, 5, "wave", wild(), ExportOptions("naoqi"))
     with pytest.raises(InputError, match="NAOqi on Pepper has no joint a"):
@@ -254,7 +264,78 @@ def test_a_cancelled_recognition_ends_without_an_end(tiny_model: RNNPB) -> None:
     steps = Computations((tiny_model,), ARM).recognise(recognise_work(tiny_model), cancelled)
     assert isinstance(next(steps), do.RecognitionStepped)
     cancelled.set()
-    assert list(steps) == []
+    with pytest.raises(Cancelled):
+        next(steps)
+
+
+def test_a_warm_start_is_cancelled_before_it_has_generated_anything(
+    tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = recognise_work(tiny_model, init="random")
+    monkeypatch.setattr(tiny_model, "generate", None)
+    with pytest.raises(Cancelled):
+        next(Computations((tiny_model,), ARM).recognise(work, set_event()))
+
+
+def test_a_run_keeps_one_path_and_no_motions(
+    tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outputs: list[weakref.ref[np.ndarray]] = []
+
+    def watched(*args: object, **options: object) -> Iterator[RecognitionStep]:
+        for step in recognize(*args, **options):  # type: ignore[arg-type]
+            outputs.append(weakref.ref(step.output))
+            yield step
+
+    monkeypatch.setattr(compute, "recognize", watched)
+    traces = []
+    for one in Computations((tiny_model,), ARM).recognise(recognise_work(tiny_model), Event()):
+        if isinstance(one, do.RecognitionStepped):
+            traces.append(one.trace)
+            assert [output() for output in outputs[:-1]] == [None] * (len(traces) - 1)
+    assert len(traces) == 4
+    for name in ("mu", "sigma", "pb", "loss", "prediction_error", "early_update"):
+        assert np.shares_memory(getattr(traces[0], name), getattr(traces[-1], name)), name
+
+
+@pytest.mark.parametrize("name", ["mu", "sigma", "pb", "loss", "mu_next", "sigma_next"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_run_that_is_no_longer_finite_fails_and_leaves_what_was(
+    tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch, name: str, value: float
+) -> None:
+    def diverging(*args: object, **options: object) -> Iterator[RecognitionStep]:
+        for step in recognize(*args, **options):  # type: ignore[arg-type]
+            values = getattr(step, name).copy()
+            values[1] = value
+            yield replace(step, **{name: values}) if step.iteration == 2 else step
+
+    monkeypatch.setattr(compute, "recognize", diverging)
+    facts = describe_models((tiny_model,), ServerOptions(checkpoints=("tiny.pt",)))
+    state = settle(facts, tiny_model, *opening_work(facts, initial_state(facts)))
+    target = Motion("given", tiny_model.info.joints, tiny_model.reconstruct(1).numpy(), 20.0)
+    for intent in (
+        do.SetTarget(target),
+        do.SetRecognitionOption("trials", 2),
+        do.StartRecognition(),
+    ):
+        state = settle(facts, tiny_model, *update(facts, state, intent))
+    recognition = state.recognition
+    assert recognition.status == "failed"
+    assert recognition.message.endswith("of trial 2 is not finite in iteration 3")
+    assert state.notice is not None
+    assert state.notice.text == recognition.message
+    assert recognition.trace is not None
+    assert recognition.trace.iterations == 2
+    np.testing.assert_array_equal(state.current.latent.mu, recognition.trace.mu[1, 0])
+
+
+def test_a_model_that_generates_no_numbers_recognises_nothing(tiny_model: RNNPB) -> None:
+    work = recognise_work(tiny_model)
+    tiny_model.weight_out *= 1e30
+    (end,) = Computations((tiny_model,), ARM).recognise(work, Event())
+    assert end == do.WorkFailed(
+        "recognition", 9, "the loss of trial 1 is not finite in iteration 1"
+    )
 
 
 def test_a_target_too_short_to_observe_is_bad_input(tiny_model: RNNPB) -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import inspect
 import math
+import threading
 from collections.abc import Callable, Iterator
+from html import escape
 from itertools import combinations
+from queue import Queue
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,18 +17,24 @@ import pytest
 import viser
 
 from rnnpb_explorer.app import intents as do
+from rnnpb_explorer.app import uploads
 from rnnpb_explorer.app.panels.bound import HELD_SECONDS, Bound, on_click
 from rnnpb_explorer.app.panels.explore import PAGE, ExplorePanel
+from rnnpb_explorer.app.panels.help import TEXT
 from rnnpb_explorer.app.panels.joints import JointsPanel, curves, observed_frames, shown_joints
 from rnnpb_explorer.app.panels.playback import PlaybackPanel
-from rnnpb_explorer.app.panels.readout import readout
+from rnnpb_explorer.app.panels.readout import ReadoutPanel, readout
 from rnnpb_explorer.app.panels.recognise import RecognisePanel, example_files, status_line
 from rnnpb_explorer.app.panels.view import PCA, ViewPanel, axes_label, parse_axes
-from rnnpb_explorer.app.state import AppState, initial_state
+from rnnpb_explorer.app.stage import stage_for
+from rnnpb_explorer.app.state import AppState, ModelFacts, initial_state
 from rnnpb_explorer.app.transitions import Facts
 from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.uploads import read_upload
 from rnnpb_explorer.app.words import target_label, window_label
 from rnnpb_explorer.core.data import PEPPER_JOINTS
+from rnnpb_explorer.core.motion import format_motion
+from rnnpb_explorer.robot.importing import SUFFIXES
 
 from .app_states import (
     FACTS,
@@ -42,7 +51,7 @@ from .app_states import (
     target_motion,
 )
 
-DO_NOTHING = (lambda: None, lambda: None)  # reset the view, download
+TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
 DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
 ALL_SIZES = pytest.mark.parametrize(
@@ -270,7 +279,7 @@ def test_a_label_of_axes_says_which_they_are(letter: str) -> None:
 @ALL_SIZES
 def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts: Facts) -> None:
     sent: list[do.Intent] = []
-    panel = ViewPanel(gui, facts, sent.append, lambda: "code", *DO_NOTHING)
+    panel = ViewPanel(gui, facts, sent.append, lambda: "code", lambda: None)
     state = open_screen(facts)
     panel.show(state)
     for bound_ in (panel._map_axes, panel._axes):
@@ -285,7 +294,7 @@ def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts
 
 def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> None:
     """A state code may hold them."""
-    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", *DO_NOTHING)
+    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", lambda: None)
     state = after(LARGEST, open_screen(LARGEST), do.SetMapAxes((20, 99)))
     panel.show(after(LARGEST, state, do.SetLandscapeAxes((100, 2))))
     for bound_, label in ((panel._map_axes, "PC21, PC100"), (panel._axes, "μ101, μ3")):
@@ -295,11 +304,24 @@ def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> 
 
 def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", *DO_NOTHING).show(open_screen())
+    panel = ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", lambda: None)
+    panel.show(open_screen())
     hand(labelled(gui, "Show the code of this screen"))
+    assert labelled(gui, "Code").value == ""  # viser's event loop writes no widget
+    panel.show(open_screen())
     assert labelled(gui, "Code").value == "rnnpb1-x"
     hand(labelled(gui, "Restore from the code"))
     assert sent == [do.RestoreCode("rnnpb1-x")]
+    hand(labelled(gui, "Code"), "rnnpb1-other")
+    panel.show(open_screen())
+    assert labelled(gui, "Code").value == "rnnpb1-other"  # shown once for each press
+
+
+def test_the_motion_on_the_screen_can_be_downloaded(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ViewPanel(gui, FACTS, sent.append, lambda: "", lambda: None)
+    hand(labelled(gui, "Download the motion (CSV)"))
+    assert sent == [do.DownloadMotion()]
 
 
 # --- joints ---
@@ -438,6 +460,20 @@ def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
     assert sent == [do.ScrubRecognition(2, best[1]), do.ScrubRecognition(2, 0)]
 
 
+def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.GuiApi) -> None:
+    state = after(FACTS, before_a_run(), do.SetRecognitionOption("trials", 2))
+    state = after(FACTS, state, do.StartRecognition())
+    path = np.linspace(0, 1, 5 * 2 * 3).reshape(5, 2, 3)
+    loss = np.array([[0.9, 0.8], [0.5, 0.1], [0.6, 0.7], [0.4, 0.3]])  # the best: 2 of trial 2
+    trace = make_trace(path, loss=loss)
+    state = after(FACTS, state, do.RecognitionStepped(state.recognition.request, trace))
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(after(FACTS, state, do.CancelRecognition()))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (4, 1)
+    panel.show(after(FACTS, state, do.RecognitionFinished(state.recognition.request)))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (2, 2)
+
+
 def test_one_trial_needs_no_choice_of_trials(gui: viser.GuiApi) -> None:
     RecognisePanel(gui, FACTS, lambda _: None).show(after_a_run(trials=1))
     assert not labelled(gui, "Trial").visible
@@ -466,21 +502,47 @@ def test_the_settings_ask_for_what_they_say(gui: viser.GuiApi) -> None:
     assert sent[-3:] == [do.StartRecognition(), do.CancelRecognition(), do.ClearTarget()]
 
 
-def test_the_examples_that_ship_are_targets(gui: viser.GuiApi) -> None:
+def test_the_examples_that_ship_are_targets(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
     facts = (make_facts(joints=PEPPER_JOINTS),)
-    sent: list[do.Intent] = []
-    panel = RecognisePanel(gui, facts, sent.append)
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, facts, sent.put)
     panel.show(open_screen(facts))
     names = list(example_files())
     if not names:
         pytest.skip("no examples ship")
     for name in names:
         hand(labelled(gui, "Example"), name)
-    motions = [intent.motion for intent in sent if isinstance(intent, do.SetTarget)]
-    assert [motion.name for motion in motions] == names
-    sent.clear()
-    hand(labelled(gui, "Example"), "choose …")
-    assert sent == []
+        intent = sent.get(timeout=TIMEOUT)
+        assert isinstance(intent, do.SetTarget)
+        assert intent.motion.name == name
+    monkeypatch.setattr(panel._reader, "read", None)
+    hand(labelled(gui, "Example"), "choose …")  # nothing is read
+
+
+def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, chosen = threading.Event(), threading.Event()
+
+    def read(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
+        begun.set()
+        assert chosen.wait(TIMEOUT)
+        return do.RefuseTarget(name)
+
+    monkeypatch.setattr(uploads, "read_upload", read)
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, FACTS, sent.put)
+    upload = panel._upload
+    hand(upload, viser.UploadedFile("large.csv", b"..."))
+    assert begun.wait(TIMEOUT)
+    assert upload.value.content == b""
+    name = next(iter(example_files()))
+    hand(labelled(gui, "Example"), name)
+    chosen.set()
+    assert sent.get(timeout=TIMEOUT) == do.RefuseTarget(f"{name}.csv")
+    assert sent.empty()
 
 
 def test_the_status_says_how_far_the_run_is() -> None:
@@ -498,6 +560,104 @@ def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
     state.recognition.trace.prediction_error[:] = math.nan
     panel.show(state)
     assert len(panel._loss.data[0]) == 5
+
+
+# --- any panel ---
+@pytest.mark.parametrize("name", ["<style>body{display:none}", "*a*", "![a](b.png)", "<b>&amp;"])
+def test_names_from_anywhere_stay_text(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """viser's markdown renders raw HTML, so it must not hold any of them."""
+    markdown, html = record(monkeypatch, gui, "add_markdown"), record(monkeypatch, gui, "add_html")
+    joints = tuple(f"{name}{number}" for number in range(5))
+    named = target_motion(joints=joints)
+    data = (named, None, None, None)
+    names = (name, "bow", "rest", "nod")
+    facts = (make_facts(name=name, names=names, joints=joints, data=data),)
+    panels: list[Any] = [
+        ReadoutPanel(gui, facts),
+        RecognisePanel(gui, facts, lambda _: None),
+        ExplorePanel(gui, facts, lambda _: None),
+        JointsPanel(gui, facts, lambda _: None),
+        ViewPanel(gui, facts, lambda _: None, lambda: "", lambda: None),
+    ]
+    upload = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
+    assert isinstance(upload, do.SetTarget)
+    running = after(facts, open_screen(facts), upload, do.StartRecognition())
+    request = running.recognition.request
+    for state in (
+        open_screen(facts),
+        after(facts, open_screen(facts), upload),
+        after(facts, running, do.WorkFailed("recognition", request, f"cell {name}")),
+    ):
+        for panel in panels:
+            panel.show(state)
+        assert not any(name in handle.content for handle in markdown)
+        written = "".join(handle.content for handle in html)
+        assert escape(name) in written
+        assert "<style>" not in written
+        assert "<b>" not in written
+
+
+def record(monkeypatch: pytest.MonkeyPatch, gui: viser.GuiApi, name: str) -> list[Any]:
+    """What a method of the gui makes from now on."""
+    made: list[Any] = []
+    make = getattr(gui, name)
+
+    def making(*args: Any, **options: Any) -> Any:
+        made.append(make(*args, **options))
+        return made[-1]
+
+    monkeypatch.setattr(gui, name, making)
+    return made
+
+
+def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A person may be at a widget while the ones after it are being made."""
+    hasty: list[str] = []
+    for kind, register in (
+        (viser.GuiInputHandle, "on_update"),
+        (viser.GuiButtonHandle, "on_click"),
+        (viser.GuiButtonGroupHandle, "on_click"),
+        (viser.GuiUploadButtonHandle, "on_upload"),
+    ):
+        monkeypatch.setattr(kind, register, at_once(getattr(kind, register), hasty))
+    state, sent = open_screen(), Queue[do.Intent]()
+    for panel in (
+        ExplorePanel(gui, FACTS, sent.put),
+        PlaybackPanel(gui, FACTS, sent.put),
+        JointsPanel(gui, FACTS, sent.put),
+        RecognisePanel(gui, FACTS, sent.put),
+        ViewPanel(gui, FACTS, sent.put, lambda: "", lambda: None),
+    ):
+        panel.show(state)
+    assert {"Upload a motion", "Iteration", "Trial", "Code"} <= set(hasty)
+
+
+def at_once(register: Callable[..., Any], hasty: list[str]) -> Callable[..., Any]:
+    """To register a callback of a widget, with a person's hand on it that very moment."""
+
+    def registered(handle: Any, callback: Callable[..., Any]) -> Any:
+        result = register(handle, callback)
+        hasty.append(handle.label)
+        if isinstance(handle, viser.GuiUploadButtonHandle):
+            handle._impl.value = viser.UploadedFile("hasty.csv", b"")
+        hand_on(callback(SimpleNamespace(client=object(), client_id=0, target=handle)))
+        return result
+
+    return registered
+
+
+def test_the_help_speaks_of_the_screen_as_it_is() -> None:
+    stage = stage_for(1)
+    assert stage.map_board.center[2] > stage.landscape_board.center[2]
+    assert "**PB map** (the upper board)" in TEXT
+    assert "**landscape** (the lower one)" in TEXT
+    for suffix, word in {".csv": "CSV", ".json": "JSON", ".py": "NAOqi script"}.items():
+        assert suffix in SUFFIXES
+        assert word in TEXT
 
 
 # --- words ---

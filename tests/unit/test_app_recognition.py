@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+from queue import Queue
 
 import numpy as np
 import pytest
@@ -11,8 +13,9 @@ from rnnpb_explorer.app import intents as do
 from rnnpb_explorer.app.on_recognition import MAX_ITERATIONS, MAX_TRIALS
 from rnnpb_explorer.app.panels.recognise import status_line
 from rnnpb_explorer.app.state import AppState
+from rnnpb_explorer.app.transitions import stop_recognition
 from rnnpb_explorer.app.update import update
-from rnnpb_explorer.app.uploads import read_upload
+from rnnpb_explorer.app.uploads import UploadReader, read_upload
 from rnnpb_explorer.core.motion import MAX_CSV_BYTES, format_motion
 
 from .app_states import (
@@ -30,6 +33,7 @@ from .app_states import (
     wanted,
 )
 
+TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 MOTION, LANDSCAPE = (do.GenerateWork, 0), (do.LandscapeWork, 0)
 STOP = (do.CancelRecogniseWork, -1)
 TARGET = target_motion(frames=10)
@@ -99,10 +103,9 @@ def test_a_refused_upload_leaves_everything_but_says_why() -> None:
     assert works == ()
     assert state.models == before.models
     assert state.recognition.target is TARGET
-    assert state.recognition.trace is before.recognition.trace
+    assert state.recognition is before.recognition  # with its line on the run
     assert state.notice is not None
     assert (state.notice.text, state.notice.good) == ("row 3 has a gap", False)
-    assert "row 3 has a gap" in status_line(state.recognition)
 
 
 def test_a_target_with_other_joints_is_no_target_of_this_model() -> None:
@@ -281,6 +284,25 @@ def test_a_run_without_an_iteration_ends_where_it_began() -> None:
     assert state.recognition.status == "finished"
     assert works == ()
     assert state.current.latent.mu.tolist() == MU[0].tolist()
+
+
+def test_the_iteration_on_the_screen_is_known_however_a_run_ends() -> None:
+    state = stepped(running(trials=2), 3)
+    request = state.recognition.request
+    ends = [
+        after(FACTS, state, do.CancelRecognition()),
+        after(FACTS, state, do.WorkFailed("recognition", request, "broken")),
+        stop_recognition(state)[0],  # a reload
+    ]
+    for end in ends:
+        recognition = end.recognition
+        assert (recognition.iteration, recognition.trial) == (2, 0)  # the best is (1, 1)
+        np.testing.assert_allclose(end.current.latent.mu, PATH[2, 0])
+    end = after(FACTS, state, do.RecognitionFinished(request))
+    assert (end.recognition.iteration, end.recognition.trial) == (1, 1)
+    end = after(FACTS, end, do.ScrubRecognition(0, 1))
+    assert (end.recognition.iteration, end.recognition.trial) == (0, 1)
+    assert with_target().recognition.iteration == 0
 
 
 def test_cancelling_leaves_the_path_and_the_robot_where_they_are() -> None:
@@ -477,6 +499,42 @@ def test_an_upload_may_be_called_anything(name: str) -> None:
     assert isinstance(intent, do.SetTarget)
     assert intent.motion.name.isprintable()
     assert 0 < len(intent.motion.name) <= 80
+
+
+def test_what_is_chosen_while_another_file_is_read_stays_chosen() -> None:
+    content = format_motion(TARGET).encode()
+    begun, chosen = threading.Event(), threading.Event()
+
+    def large() -> bytes:
+        begun.set()
+        assert chosen.wait(TIMEOUT)
+        return content
+
+    sent: Queue[do.Intent] = Queue()
+    reader = UploadReader(sent.put)
+    reader.read("large.csv", large, FACTS[0])
+    assert begun.wait(TIMEOUT)
+    reader.read("small.csv", lambda: content, FACTS[0])
+    chosen.set()
+    intent = sent.get(timeout=TIMEOUT)  # they are read one after the other
+    assert isinstance(intent, do.SetTarget)
+    assert intent.motion.name == "small"
+    assert sent.empty()
+
+
+@pytest.mark.parametrize("error", [OSError("no such file"), MemoryError("too much")])
+def test_a_file_that_cannot_be_read_is_logged_and_said(
+    error: Exception, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken() -> bytes:
+        raise error
+
+    sent: Queue[do.Intent] = Queue()
+    UploadReader(sent.put).read("x.csv", broken, FACTS[0])
+    assert sent.get(timeout=TIMEOUT) == do.RefuseTarget(f"the file could not be read: {error}")
+    (record,) = caplog.records
+    assert record.exc_info is not None
+    assert record.exc_info[1] is error
 
 
 def test_a_deterministic_model_recognises_as_well() -> None:

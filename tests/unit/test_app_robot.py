@@ -23,7 +23,7 @@ from rnnpb_explorer.app.panels.robot import (
 from rnnpb_explorer.app.panels.view import ViewPanel
 from rnnpb_explorer.app.robots import Robots, robot_names
 from rnnpb_explorer.app.stage import stage_for
-from rnnpb_explorer.app.state import AppState, CheckedMotion, initial_state
+from rnnpb_explorer.app.state import AppState, CheckedMotion, ExportOptions, initial_state
 from rnnpb_explorer.app.transitions import Facts, eyes_of
 from rnnpb_explorer.app.update import update
 from rnnpb_explorer.app.uploads import read_upload
@@ -197,6 +197,23 @@ def test_what_is_on_the_screen_is_exported() -> None:
     assert state.notice.good
 
 
+def test_a_download_is_the_motion_as_it_is_whatever_an_export_would_be() -> None:
+    state = after(
+        FACTS,
+        open_screen(),
+        do.SetExportOption("file_format", "json"),
+        do.SetExportOption("safe_posture", True),
+    )
+    state, (work,) = update(FACTS, state, do.DownloadMotion())
+    assert isinstance(work, do.ExportWork)
+    assert state.current.motion is not None
+    assert work.positions is state.current.motion.positions
+    assert work.options == ExportOptions("csv", safe_posture=False, beyond_limits=True)
+    assert (state.export.file_format, state.export.beyond_limits) == ("json", False)
+    ready = do.ExportReady(work.request, "wave.csv", "a", "wave.csv: 12 frames")
+    assert update(FACTS, state, ready)[1] == (do.SendFile("wave.csv", "a"),)
+
+
 def test_an_export_that_is_no_longer_wanted_is_not_sent() -> None:
     state = open_screen()
     state, (first,) = update(FACTS, state, do.ExportMotion())
@@ -273,7 +290,7 @@ def test_the_datas_colours_go_with_the_motion() -> None:
 
 def test_the_switch_is_there_only_with_a_track(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    actions = (lambda: "", lambda: None, lambda: None)
+    actions = (lambda: "", lambda: None)
     panel = ViewPanel(gui, FACTS, sent.append, *actions, has_eyes=True)
     panel.show(open_screen())
     assert not panel._eyes.handle.visible

@@ -7,6 +7,7 @@ import json
 import math
 import tracemalloc
 import zlib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,15 +16,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rnnpb_explorer.app import intents as do
+from rnnpb_explorer.app.on_latent import MAX_MU, MAX_SIGMA
 from rnnpb_explorer.app.slices import drawable_axes
 from rnnpb_explorer.app.state import AppState, ExportOptions, Playback, initial_state
-from rnnpb_explorer.app.statecode import PREFIX, decode, encode
-from rnnpb_explorer.app.transitions import Facts, opening_work
+from rnnpb_explorer.app.statecode import MAX_CODE_LENGTH, PREFIX, decode, encode
+from rnnpb_explorer.app.transitions import Facts, opening_work, put_model
 from rnnpb_explorer.app.update import update
 from rnnpb_explorer.core.errors import InputError
 
 from .app_states import (
     FACTS,
+    JOINTS,
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
     after,
@@ -156,10 +159,66 @@ def test_restoring_wants_everything_computed_anew() -> None:
     assert landscapes(works)[0].directions.tolist() == [[0, 1, 0], [0, 0, 1]]
 
 
-def test_undo_leads_back_from_a_restored_screen() -> None:
-    before = after(FACTS, open_screen(), do.SetMu(0, 0.9))
-    state = after(FACTS, before, do.RestoreCode(CODE), do.Undo())
+@pytest.mark.parametrize("facts", [FACTS, TWO])
+def test_undo_leads_back_to_all_that_a_code_replaced_and_redo_to_it_again(facts: Facts) -> None:
+    target = target_motion()
+    code = encode(facts, busy_screen(facts))
+    before = after(facts, open_screen(facts), do.SetTarget(target), do.SetMu(0, 0.9), do.Tick(0.3))
+    restored = after(facts, before, do.RestoreCode(code))
+    assert encode(facts, restored) == code
+    state, works = update(facts, restored, do.Undo())
+    assert encode(facts, state) == encode(facts, before)
     assert state.current.latent.mu.tolist() == before.current.latent.mu.tolist()
+    # What is drawn was asked for: along these axes, in this window, against the target.
+    asked = before.current.landscape_asked
+    assert asked is not None
+    assert landscapes(works)[0].directions.tolist() == asked.directions.tolist()
+    assert landscapes(works)[0].radius == asked.radius
+    assert landscapes(works)[0].target is target.positions
+    assert encode(facts, after(facts, state, do.Redo())) == code
+    assert encode(facts, after(facts, state, do.Redo(), do.Undo())) == encode(facts, before)
+    assert_sound(facts, state)
+
+
+def test_undo_of_anything_else_leaves_how_it_is_shown() -> None:
+    state = after(FACTS, open_screen(), do.RestoreCode(CODE), do.SetMu(0, 0.2))
+    state = after(FACTS, state, do.SetWindow("absolute"), do.SetUseTarget(False), do.Undo())
+    assert (state.window, state.use_target) == ("absolute", False)
+
+
+def test_a_code_of_a_screen_without_an_upload_is_not_compared_with_one_that_is_there() -> None:
+    """The sender looked at the model's own target; so does who restores it."""
+    sender = busy_screen(FACTS)
+    receiver = after(FACTS, open_screen(), do.SetTarget(target_motion()))
+    state, works = update(FACTS, receiver, do.RestoreCode(encode(FACTS, sender)))
+    assert landscapes(works)[0].target is motions(works)[0].target is None
+    assert not state.use_target
+    assert state.recognition.target is receiver.recognition.target
+    assert state.notice is receiver.notice
+
+
+@pytest.mark.parametrize(
+    "put_off", [do.SetUseTarget(False), do.SetTarget(target_motion(joints=JOINTS[::-1]))]
+)
+def test_an_upload_that_is_not_looked_at_is_none(put_off: do.Intent) -> None:
+    sender = after(FACTS, open_screen(), do.SetTarget(target_motion()), put_off)
+    assert not decode(FACTS, open_screen(), encode(FACTS, sender)).use_target
+
+
+def test_who_restores_the_code_of_a_screen_with_an_upload_is_told_that_it_is_not_in_it() -> None:
+    sender = after(FACTS, busy_screen(FACTS), do.SetTarget(target_motion(name="mine")))
+    code = encode(FACTS, sender)
+    state, works = update(FACTS, open_screen(), do.RestoreCode(code))
+    assert landscapes(works)[0].target is None
+    assert state.notice is not None
+    assert state.notice.text.endswith("does not hold; here the model's own stands in")
+    other = target_motion(name="another")
+    state, works = update(
+        FACTS, after(FACTS, open_screen(), do.SetTarget(other)), do.RestoreCode(code)
+    )
+    assert landscapes(works)[0].target is other.positions
+    assert state.notice is not None
+    assert state.notice.text.endswith("does not hold; here another stands in")
 
 
 def test_restoring_leaves_the_target_and_stops_its_run() -> None:
@@ -169,7 +228,6 @@ def test_restoring_leaves_the_target_and_stops_its_run() -> None:
     assert isinstance(works[0], do.CancelRecogniseWork)
     assert state.recognition.target is target
     assert state.recognition.status == "cancelled"
-    assert motions(works)[0].target is target.positions
     for _ in range(3):
         state = after(FACTS, state, do.Undo())
         assert state.recognition.status != "running"
@@ -191,6 +249,30 @@ def test_the_largest_screens_have_a_code() -> None:
     assert restored.models[3].latent.epsilon.tolist() == state.models[3].latent.epsilon.tolist()
 
 
+def test_four_models_of_128_dimensions_of_which_everything_was_moved_fit_into_a_code() -> None:
+    """Every number another one with all its digits: nothing is left to compress."""
+    facts = tuple(make_facts(128, f"model {i}") for i in range(4))
+    random, state = np.random.default_rng(0), busy_screen(facts)
+    for index, model in enumerate(state.models):
+        latent = replace(
+            model.latent,
+            mu=random.uniform(-MAX_MU, MAX_MU, 128),
+            sigma=random.uniform(0.0, MAX_SIGMA, 128),
+            epsilon=random.standard_normal(128),
+        )
+        anchor = latent.mu + random.uniform(-0.1, 0.1, 128)
+        anchor = np.clip(anchor, -MAX_MU, MAX_MU)
+        state = put_model(state, index, replace(model, latent=latent, anchor=anchor))
+    code = encode(facts, state)
+    assert 20_000 < len(code) < 0.75 * MAX_CODE_LENGTH
+    assert encode(facts, after(facts, open_screen(facts), do.RestoreCode(code))) == code
+
+
+def test_a_code_that_is_too_long_is_called_that() -> None:
+    with pytest.raises(InputError, match="longer than 64000 characters"):
+        decode(FACTS, open_screen(), CODE + "A" * MAX_CODE_LENGTH)
+
+
 # --- damaged codes ---
 @pytest.mark.parametrize(
     "code",
@@ -204,7 +286,7 @@ def test_the_largest_screens_have_a_code() -> None:
         CODE[:-10],
         CODE[:40] + CODE[60:],
         CODE.removeprefix(PREFIX),
-        CODE + "AAAA" * 10_000,
+        CODE + "AAAA" * 20_000,
         pack(b"no json"),
         pack(b"\xff\xfe\xfd"),
         pack(b"[" * 90_000),
@@ -277,13 +359,28 @@ def test_a_model_out_of_place_is_refused(key: str, value: object) -> None:
     assert_harmless(pack(content))
 
 
-LATER = ("side_by_side", "eyes", "export")  # than the first codes
+LATER = ("side_by_side", "eyes", "export", "target")  # than the first codes
 
 
 def test_a_code_of_before_there_was_an_export_opens() -> None:
     content = {key: value for key, value in unpack(CODE).items() if key not in LATER}
     state = decode(FACTS, open_screen(), pack(content))
     assert (state.side_by_side, state.eyes, state.export) == (False, True, ExportOptions())
+    assert not state.use_target
+
+
+def test_the_first_codes_still_open() -> None:
+    code = (
+        "rnnpb1-eNptUNtqxCAU_JWQ52w4XnLbXyllOVW7tTUa1DRdlv33eiwUCkUfPDPjOM69XYM2LrXn5uneelxNO"
+        "bXZ-lvbNYXLNnhCokm5IjspRc-6BnreNSfop-eCJ3tdkSjoGRdyGKd5IcmPjhRmS9ZVs6oZJgGcM1iEKLsaM"
+        "VFmOY-CL0wAq_dHCZLzcQApBZ85Iyf06i3Ef3I8Kquy_aRfQBk2h7cXVB8kznE3NRIsf9ZEYEnwii4Zclhxu"
+        "-CXqZ0UayDModdJ4WZ-mfJy_ddhvQ4HdZQ0NaSCC3u0_koQxrAndIS_B-szYYomHfEgG0bdGaMp7-MbICZoa"
+        "g"
+    )
+    state = after(FACTS, open_screen(), do.RestoreCode(code))
+    assert state.current.latent.motion == 2
+    assert state.current.latent.mu[0] == 3.1
+    assert state.window == "sd"
 
 
 def test_nobody_insists_for_another() -> None:
@@ -364,7 +461,7 @@ def test_a_name_out_of_a_code_is_shown_shortened_and_harmless() -> None:
 # --- anything at all ---
 def test_a_zip_bomb_does_not_go_off() -> None:
     bomb = PREFIX + base64.urlsafe_b64encode(zlib.compress(b"0" * 14_000_000, 9)).decode()
-    assert len(bomb) < 20_000  # it gets past the limit on a code's length
+    assert len(bomb) < MAX_CODE_LENGTH  # it gets past the limit on a code's length
     tracemalloc.start()
     try:
         assert_harmless(bomb)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import islice, pairwise
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from rnnpb_explorer.core.data import Dataset
-from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig
 from rnnpb_explorer.core.recognition import (
     RecognitionConfig,
@@ -176,6 +177,39 @@ def test_can_be_stopped_and_does_not_touch_the_model(tiny_model: RNNPB) -> None:
     assert torch.is_grad_enabled()
     for name, value in tiny_model.state_dict().items():
         assert torch.equal(value, before[name])
+
+
+@pytest.mark.parametrize(("init", "chunks"), [("random", 3), ("learned", 1)])
+def test_the_warm_start_can_be_stopped_after_each_chunk(
+    tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch, init: str, chunks: int
+) -> None:
+    """With many candidates and a long motion it takes longer than all iterations."""
+    target, generate = a_motion(tiny_model), tiny_model.generate
+    generated: list[int] = []
+
+    def counted(pb: Tensor, steps: int) -> Tensor:
+        generated.append(len(pb))
+        return generate(pb, steps)
+
+    monkeypatch.setattr(tiny_model, "generate", counted)
+    config = RecognitionConfig(init=init, candidates=1500)  # type: ignore[arg-type]
+    for most in range(chunks):
+        generated.clear()
+        steps = recognize(
+            tiny_model, target, config, cancelled=lambda most=most: len(generated) == most
+        )
+        with pytest.raises(Cancelled):
+            next(steps)
+        assert len(generated) == most
+
+
+def test_iterations_stop_when_they_are_cancelled(tiny_model: RNNPB) -> None:
+    stopped = Event()
+    steps = recognize(tiny_model, a_motion(tiny_model), cancelled=stopped.is_set)
+    assert len(list(islice(steps, 3))) == 3
+    stopped.set()
+    with pytest.raises(Cancelled):
+        next(steps)
 
 
 def test_runs_where_gradients_are_off(tiny_model: RNNPB) -> None:
