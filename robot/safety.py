@@ -88,10 +88,6 @@ class SafetyReport:
         """The joints concerned, the worst first."""
         return tuple(dict.fromkeys(violation.joint for violation in self.violations))
 
-    def frames(self, joint: str) -> tuple[tuple[int, int], ...]:
-        """The frames concerned of a joint, as first and last."""
-        return tuple(sorted((v.first, v.last) for v in self.violations if v.joint == joint))
-
 
 def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     """Check every frame against the limits in the robot's description."""
