@@ -288,12 +288,6 @@ class RestoreCode:
     code: str
 
 
-@dataclass(frozen=True)
-class Say:
-    text: str
-    good: bool = False
-
-
 Intent = (
     SelectModel
     | SelectMotion
@@ -338,7 +332,6 @@ Intent = (
     | RecognitionFinished
     | WorkFailed
     | RestoreCode
-    | Say
 )
 
 
