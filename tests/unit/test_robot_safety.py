@@ -92,6 +92,20 @@ def test_strange_joints_are_named_not_checked(pepper: Robot) -> None:
     assert check_motion(limited, pepper).light == "green"
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("joint", ["HeadYaw", "Tail"])
+def test_what_is_no_number_is_red_and_comes_first(pepper: Robot, value: float, joint: str) -> None:
+    positions = np.zeros((8, 2), dtype=np.float32)
+    positions[3:5, 0] = value
+    positions[7, 1] = 0.8  # HeadPitch: too far and too fast
+    report = check_motion(Motion("m", (joint, "HeadPitch"), positions, FPS), pepper)
+    assert report.light == "red"
+    first, *others = report.violations
+    assert (first.kind, first.joint, first.first, first.last) == ("not finite", joint, 3, 4)
+    assert str(first) == f"{joint}: {value} instead of a position, frames 3–4"
+    assert [v.joint for v in others] == ["HeadPitch", "HeadPitch"]
+
+
 def test_a_motion_within_limits_stays_as_it_is(pepper: Robot) -> None:
     motion = _yaw(0, 0.2, 0.4, 0.3)
     np.testing.assert_array_equal(limit_motion(motion, pepper).positions, motion.positions)
