@@ -293,12 +293,6 @@ class RestoreCode:
     code: str
 
 
-@dataclass(frozen=True)
-class Say:
-    text: str
-    good: bool = False
-
-
 Intent = (
     SelectModel
     | SelectMotion
@@ -344,7 +338,6 @@ Intent = (
     | RecognitionFinished
     | WorkFailed
     | RestoreCode
-    | Say
 )
 
 

@@ -141,8 +141,7 @@ def _draw(state: AppState) -> tuple[AppState, np.random.Generator]:
 def randomise(facts: Facts, state: AppState, intent: do.RandomiseLatent) -> Update:
     state, random = _draw(state)
     latent_map = facts[state.active].latent_map
-    spread = facts[state.active].mu @ latent_map.components.T
-    coordinates = random.standard_normal(latent_map.mean.shape[0]) * spread.std(axis=0)
+    coordinates = random.standard_normal(len(latent_map.scale)) * latent_map.scale
     return _move(facts, state, "", mu=latent_map.unproject(coordinates))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from . import intents as do
 from .slices import drawable_axes
 from .state import AppState, GeneratedMotion
-from .transitions import Facts, Update, follow_landscape, notify, opening_work, put_model
+from .transitions import Facts, Update, follow_landscape, opening_work, put_model
 
 MIN_SPEED, MAX_SPEED = 0.1, 3.0
 REST_SECONDS = 0.8  # a slider that rests this long ends its gesture; a drag ends with the button
@@ -46,10 +46,11 @@ def set_loop(facts: Facts, state: AppState, intent: do.SetLoop) -> Update:
 
 
 def tick(facts: Facts, state: AppState, intent: do.Tick) -> Update:
-    rested = state.rested + intent.seconds
-    if rested > REST_SECONDS and not state.gesture.startswith("drag"):
-        state = replace(state, gesture="")
-    state = replace(state, rested=rested)
+    """The state itself, not its like, where time changes nothing: the session then rests."""
+    if state.gesture and not state.gesture.startswith("drag"):
+        rested = state.rested + intent.seconds
+        gesture = state.gesture if rested <= REST_SECONDS else ""
+        state = replace(state, rested=rested, gesture=gesture)
     motion, playback = state.current.motion, state.playback
     if motion is None or not playback.playing:
         return state, ()
@@ -110,7 +111,3 @@ def landscape_ready(facts: Facts, state: AppState, intent: do.LandscapeReady) ->
     if old is not None and (old.request, old.values.complete) > (new.request, new.values.complete):
         return state, ()
     return put_model(state, intent.model, replace(model, landscape=new)), ()
-
-
-def say(facts: Facts, state: AppState, intent: do.Say) -> Update:
-    return notify(state, intent.text, good=intent.good), ()

@@ -160,6 +160,7 @@ class Screen:
     def ask_for_home(self) -> None:
         """Have the camera go home with the next `show`; from any thread."""
         self._go_home.set()
+        self._send(do.Tick(0.0))  # a session that rests shows nothing until something comes
 
     async def _camera_moved(self, camera: viser.CameraHandle) -> None:
         """A window that changes its shape shows everything again, if it did so before."""

@@ -9,9 +9,7 @@ import logging
 import socket
 import threading
 import warnings
-from collections import OrderedDict
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,13 +24,15 @@ from ..core.model import RNNPB, UNKNOWN_LENGTH
 from ..robot.description import Robot, load_robot, match_joints
 from ..robot.eyes import load_eyes
 from .compute import Computations
-from .session import Session
+from .session import Kept, Session
 from .state import AppState, EyeTrack, ModelFacts, initial_state
 from .statecode import decode
-from .transitions import stop_recognition
 
 MAX_MODELS = 4
-MAX_KEPT_STATES = 64  # of browsers that have gone and may come back
+MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
+MAX_KEPT = 64  # screens of pages that have gone and may come back
+STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
+FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
 TOKEN_KEY = "browser"
 MAX_TOKEN = 64  # characters; the browser says it, so it may say anything
 log = logging.getLogger(__name__)
@@ -65,7 +65,7 @@ class App:
             log.warning("%s", warning)
         self._computations = Computations(models, self.robot)
         self._opening = opening_state(self.facts, models[0], options)
-        self._kept: OrderedDict[str, AppState] = OrderedDict()
+        self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         self._server = serve(options)
@@ -80,43 +80,53 @@ class App:
             self.sessions.clear()
         for session in sessions:
             session.close()
+        for session in sessions:
+            session.join(STOP_SECONDS)
         with contextlib.redirect_stdout(io.StringIO()):  # viser says so in a line of its own
             self._server.stop()
 
     # viser runs these two on threads of its own.
     def _connected(self, client: viser.ClientHandle) -> None:
         token = browser_token(client)
-        session = Session(
-            client,
-            self.facts,
-            self._computations,
-            self.robot,
-            self._state_for(token),
-            keep=partial(self._keep, token),
-        )
         with self._lock:
-            self.sessions[client.client_id] = session
+            full = len(self.sessions) >= MAX_SESSIONS
+            if not full:
+                self.sessions[client.client_id] = Session(
+                    client,
+                    token,
+                    self.facts,
+                    self._computations,
+                    self.robot,
+                    self._opening,
+                    self._take(token),
+                )
+        if full:
+            log.warning("a browser was refused: there are %d pages", MAX_SESSIONS)
+            client.gui.add_markdown(FULL.format(MAX_SESSIONS))
         if client.client_id not in self._server.get_clients():
             self._disconnected(client)  # it went before there was a session to close
 
     def _disconnected(self, client: viser.ClientHandle) -> None:
         with self._lock:
             session = self.sessions.pop(client.client_id, None)
-        if session is not None:
-            session.close()
+            if session is None:
+                return
+            kept = session.kept
+            if kept is not None:
+                self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
+        session.close()
 
-    def _state_for(self, token: str) -> AppState:
-        """What this browser had on its screen, or the opening screen."""
-        with self._lock:
-            state = self._kept.get(token, self._opening)
-        return stop_recognition(state)[0]  # its worker went with the page
+    def _take(self, browser: str) -> Kept | None:
+        """What the newest page that this browser closed had on its screen.
 
-    def _keep(self, token: str, state: AppState) -> None:
-        with self._lock:
-            self._kept[token] = state
-            self._kept.move_to_end(token)
-            while len(self._kept) > MAX_KEPT_STATES:
-                self._kept.popitem(last=False)
+        A page that is reloaded has just been closed, whatever other pages its browser has open.
+        Where none was closed, a new page begins with what the newest open one shows.
+        """
+        for index in reversed(range(len(self._kept))):
+            if self._kept[index][0] == browser:
+                return self._kept.pop(index)[1]
+        shown = [page.kept for page in self.sessions.values() if page.browser == browser]
+        return shown[-1] if shown else None
 
 
 def start(options: ServerOptions) -> App:

@@ -103,28 +103,3 @@ def camera_position(stage: Stage, aspect: float) -> Vector:
     distance = MARGIN * height / math.tan(FOV / 2)
     position: Vector = stage.middle + np.array([distance, 0.0, 0.0])
     return position
-
-
-def project(
-    point: Vector, position: Vector, wxyz: Vector, fov: float, width: float, height: float
-) -> tuple[float, float]:
-    """A world point in pixels of the 3D view, from its top left corner.
-
-    Args:
-        position, wxyz: the camera's, which looks along its own +z with -y up (OpenCV).
-        fov: vertical, radians.
-    """
-    w, x, y, z = wxyz / np.linalg.norm(wxyz)
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    local = rotation.T @ (point - position)
-    focal = height / 2 / math.tan(fov / 2)
-    return (
-        float(width / 2 + focal * local[0] / local[2]),
-        float(height / 2 + focal * local[1] / local[2]),
-    )

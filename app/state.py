@@ -225,7 +225,7 @@ class AppState:
     undo: tuple[Moment, ...] = ()
     redo: tuple[Moment, ...] = ()
     gesture: str = ""  # the gesture whose beginning the last undo entry holds
-    rested: float = 0.0  # seconds since a person last moved the latent
+    rested: float = 0.0  # seconds since the gesture last moved the latent
     notice: Notice | None = None
 
     @property

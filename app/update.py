@@ -61,7 +61,6 @@ _HANDLERS: dict[type, Callable[[Facts, AppState, Any], Update]] = {
     do.LandscapeReady: on_view.landscape_ready,
     do.WorkFailed: on_recognition.failed,
     do.RestoreCode: restore,
-    do.Say: on_view.say,
 }
 
 

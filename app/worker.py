@@ -59,12 +59,15 @@ class Lane(Generic[WorkT, ResultT]):
             if self._running is not None:
                 self._running[1].set()
 
-    def close(self, timeout: float | None = None) -> None:
-        """Cancel and end the thread."""
+    def close(self) -> None:
+        """Cancel, and have the thread end; `join` waits for that."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         self.cancel()
+
+    def join(self, timeout: float) -> None:
+        """Wait until the thread has ended, at most `timeout` seconds."""
         self._thread.join(timeout)
 
     def _run(self) -> None:

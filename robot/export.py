@@ -77,11 +77,14 @@ def export_motion(
         enforce_limits: export the limited motion; without, the raw one, whatever it breaks.
 
     Raises:
-        InputError: no such format, or joints that NAOqi does not know.
+        InputError: no such format, values that are not finite, or joints that NAOqi does not know.
     """
     if file_format not in FORMATS:
         raise InputError(f"no export format {file_format!r}; there are {', '.join(FORMATS)}")
     report = check_motion(motion, robot)
+    for violation in report.violations:
+        if violation.kind == "not finite":
+            raise InputError(f"{motion.name} is no motion for a robot: {violation}")
     changes: dict[str, float] = {}
     if enforce_limits:
         raw, motion = motion, limit_motion(motion, robot)

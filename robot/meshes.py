@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from .kinematics import KinematicTree
 
-Rgb = tuple[int, int, int]
 ROUGHNESS = 0.6  # of shapes that say nothing of it
 GREY = (0.8, 0.8, 0.8, 1.0)  # of shapes without a colour
 CREASE = np.radians(35)  # faces that meet at less are smooth, in files without normals
@@ -194,20 +193,12 @@ def _urdf_color(
     return _painted(np.asarray(material.color.rgba, dtype=np.float64))
 
 
-def to_glb(shapes: list[Shape], tint: Rgb | None = None, opacity: float | None = None) -> bytes:
-    """The shapes as one GLB.
-
-    Args:
-        tint: a colour to multiply with the shapes' own, 0 to 255.
-        opacity: from 0 (not there) to 1.
-    """
-    factor = np.ones(4) if tint is None else np.array([*tint, 255]) / 255
-    if opacity is not None:
-        factor[3] = opacity
+def to_glb(shapes: list[Shape]) -> bytes:
+    """The shapes as one GLB."""
     scene = trimesh.Scene()
     for shape in shapes:
         mesh = shape.mesh.copy(include_cache=True)
-        visual = TextureVisuals(uv=shape.uv, material=_tinted(shape.material, factor))
+        visual = TextureVisuals(uv=shape.uv, material=shape.material)
         if shape.colors is not None:
             visual.vertex_attributes["color"] = shape.colors
         mesh.visual = visual
@@ -215,14 +206,3 @@ def to_glb(shapes: list[Shape], tint: Rgb | None = None, opacity: float | None =
     buffer = io.BytesIO()
     scene.export(buffer, file_type="glb", include_normals=True)
     return buffer.getvalue()
-
-
-def _tinted(material: PBRMaterial, factor: NDArray[np.float64]) -> PBRMaterial:
-    if np.all(factor == 1):
-        return material
-    out: PBRMaterial = material.copy()
-    base = np.full(4, 255) if out.baseColorFactor is None else np.asarray(out.baseColorFactor)
-    out.baseColorFactor = np.round(base * factor).astype(np.uint8)
-    if factor[3] < 1:
-        out.alphaMode = "BLEND"
-    return out

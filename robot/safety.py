@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..core.motion import OPENINGS, Motion
 from .description import Robot
 
-Kind = Literal["position", "velocity", "start"]
+Kind = Literal["position", "velocity", "start", "not finite"]
 Light = Literal["green", "amber", "red"]
 
 # Beyond a limit by less than this is amber: recordings of the real robot reach 0.053 rad and 1.56
@@ -29,6 +29,7 @@ class Violation:
     """A run of frames in which one joint breaks one limit.
 
     kind: "start" is a velocity in the first frames, the jump that a motion may begin with.
+        "not finite" is NaN or infinity where a position should be: red, whatever the limits.
     first, last: frames, both included; a velocity belongs to the frame that it leads to.
     worst: position (in `unit`) or speed (a second) where it is farthest out. limit: the one that is
     broken there. excess: beyond a position's limit, or times the speed limit.
@@ -53,6 +54,8 @@ class Violation:
     def fault(self) -> str:
         """Joint and values without the frames, in plain words."""
         unit = self.unit and f" {self.unit}"
+        if self.kind == "not finite":
+            return f"{self.joint}: {self.worst} instead of a position"
         if self.kind == "position":
             return f"{self.joint}: position {self.worst:.3f}{unit}, limit {self.limit:.3f}"
         what = "jump at the start" if self.kind == "start" else "velocity"
@@ -88,23 +91,23 @@ class SafetyReport:
         """The joints concerned, the worst first."""
         return tuple(dict.fromkeys(violation.joint for violation in self.violations))
 
-    def frames(self, joint: str) -> tuple[tuple[int, int], ...]:
-        """The frames concerned of a joint, as first and last."""
-        return tuple(sorted((v.first, v.last) for v in self.violations if v.joint == joint))
-
 
 def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
-    """Check every frame against the limits in the robot's description."""
+    """Check every frame against the limits in the robot's description.
+
+    Values that are no numbers are found in all joints, those that the robot lacks included.
+    """
     known = [column for column, joint in enumerate(motion.joints) if joint in robot.limits]
     joints = [motion.joints[column] for column in known]
     positions = motion.positions[:, known].astype(np.float64)  # (T, K)
+    positions[~np.isfinite(positions)] = np.nan  # which breaks no limit in what follows
     lower, upper = np.array([robot.limits[joint] for joint in joints]).reshape(-1, 2).T
     fastest = np.array([robot.velocity_limits[joint] for joint in joints])
     beyond = np.maximum(lower - positions, positions - upper)  # (T, K)
     speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * motion.fps  # 0 at first
     outside, too_fast = beyond > SLACK, speed > fastest * (1 + SLACK)
     sliding = {frame.joint for frame in robot.tree.frames if frame.prismatic}
-    violations: list[Violation] = []
+    violations = _not_finite(motion)
     for k in np.flatnonzero((outside | too_fast).any(axis=0)):
         joint = joints[k]
         unit = "" if joint in OPENINGS else "m" if joint in sliding else "rad"
@@ -122,6 +125,17 @@ def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     violations.sort(key=_severity, reverse=True)
     unchecked = tuple(joint for joint in motion.joints if joint not in robot.limits)
     return SafetyReport(tuple(violations), unchecked)
+
+
+def _not_finite(motion: Motion) -> list[Violation]:
+    lost = ~np.isfinite(motion.positions)
+    return [
+        Violation(
+            "not finite", joint, first, last, float(motion.positions[first, k]), np.nan, np.inf
+        )
+        for k, joint in enumerate(motion.joints)
+        for first, last in _runs(lost[:, k])
+    ]
 
 
 def _severity(violation: Violation) -> float:

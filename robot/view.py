@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..core.data import EYE_LEDS
 from .description import Robot
 from .kinematics import JointPoses, joint_poses, quaternions
-from .meshes import Rgb, Shape, to_glb
+from .meshes import Shape, to_glb
 
 # Below what a screen shows (0.1 mm at 1 m); a joint of a motion often rests like that.
 TOLERANCE = 1e-4
@@ -33,12 +33,9 @@ class RobotView:
         root: str = "/robot",
         *,
         position: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        wxyz: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0),
-        tint: Rgb | None = None,
-        opacity: float | None = None,
     ) -> None:
         self.robot = robot
-        self._root = scene.add_frame(root, show_axes=False, position=position, wxyz=wxyz)
+        self._root = scene.add_frame(root, show_axes=False, position=position)
         rest = joint_poses(robot, (), np.zeros((1, 0)))
         self._wxyz = rest.wxyz[0].copy()  # (K, 4) and (K, 3) as the browser has them
         self._position = rest.position[0].copy()
@@ -52,19 +49,13 @@ class RobotView:
                     names[k], show_axes=False, wxyz=self._wxyz[k], position=self._position[k]
                 )
             )
-        for index, glb in _glbs(robot, tint, opacity).items():
+        for index, glb in _glbs(robot).items():
             parent = root if index < 0 else names[index]
-            scene.add_glb(
-                f"{parent}/shape",
-                glb,
-                cast_shadow=opacity is None,
-                receive_shadow=False,  # shadow maps speckle curved shells
-            )
-        self._eyes = self._add_eyes(scene, names, opacity)
+            # no shadows on it: shadow maps speckle curved shells
+            scene.add_glb(f"{parent}/shape", glb, cast_shadow=True, receive_shadow=False)
+        self._eyes = self._add_eyes(scene, names)
 
-    def _add_eyes(
-        self, scene: viser.SceneApi, names: list[str], opacity: float | None
-    ) -> viser.BatchedMeshHandle | None:
+    def _add_eyes(self, scene: viser.SceneApi, names: list[str]) -> viser.BatchedMeshHandle | None:
         """The LED segments as one node, so that all colours change with one message."""
         tree = self.robot.tree
         segments = {s.link: s for s in self.robot.shapes if s.link in EYE_LINKS}
@@ -81,7 +72,6 @@ class RobotView:
             batched_wxyzs=quaternions(relative[:, :3, :3]),
             batched_positions=relative[:, :3, 3],
             batched_colors=_eye_rgb(np.tile(EYE_GLOW, (2, EYE_LEDS, 1))),
-            opacity=opacity,
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
@@ -118,27 +108,19 @@ class RobotView:
             self._frames[k].position = position[k]
             self._position[k] = position[k]
 
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
-
     def remove(self) -> None:
         """Take the robot out of the scene, with everything below its root."""
         self._root.remove()
 
 
 @lru_cache(maxsize=16)  # every browser session builds the same robot
-def _glbs(robot: Robot, tint: Rgb | None, opacity: float | None) -> dict[int, bytes]:
+def _glbs(robot: Robot) -> dict[int, bytes]:
     """One GLB for each moving frame that carries shapes; -1 is the base."""
     shapes: dict[int, list[Shape]] = {}
     for shape in robot.shapes:
         if shape.link not in EYE_LINKS:
             shapes.setdefault(shape.frame, []).append(shape)
-    return {index: to_glb(group, tint, opacity) for index, group in sorted(shapes.items())}
+    return {index: to_glb(group) for index, group in sorted(shapes.items())}
 
 
 def _eye_rgb(colors: NDArray[np.floating]) -> NDArray[np.uint8]:

@@ -102,7 +102,8 @@ class MapView:
         steps = 0
         middle = points.mean(axis=0)
         if path is not None:
-            reach = float(np.abs(np.asarray(path.mu) - middle).max())
+            apart = np.abs(np.asarray(path.mu) - middle)
+            reach = float(apart[np.isfinite(apart)].max(initial=0.0))  # a run may have diverged
             own = max(float(np.abs(points - middle).max()), 1e-9)
             steps = max(0, int(np.ceil(np.log(max(reach / own, 1.0)) / np.log(WIDENING))))
         key = (state.active, state.map_axes, steps)

@@ -27,7 +27,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
-from playwright.sync_api import Browser, ConsoleMessage, FilePayload, Locator, Page
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, FilePayload, Locator, Page
 
 from rnnpb_explorer.app.screenshot import (
     CANVAS,
@@ -129,12 +129,20 @@ class ExplorerPage:
         """A window of its own (nothing shared with others), ready to be used."""
         context = browser.new_context(viewport={"width": width, "height": height})
         context.set_default_timeout(TIMEOUT_MS)
+        return cls._in(context, url, resolution)
+
+    @classmethod
+    def _in(cls, context: BrowserContext, url: str, resolution: float) -> ExplorerPage:
         explorer = cls(context.new_page(), resolution)
         explorer.page.on("console", explorer._note_console)
         explorer.page.on("pageerror", lambda error: explorer.console_errors.append(str(error)))
         explorer.page.goto(f"{url}?fixedDpr={resolution}")
         explorer.wait_ready()
         return explorer
+
+    def another(self) -> ExplorerPage:
+        """Another window of the same browser, on the same app."""
+        return self._in(self.page.context, self.page.url.partition("?")[0], self.resolution)
 
     def _note_console(self, message: ConsoleMessage) -> None:
         if message.type == "error" and message.text != _VISERS_OWN_ERROR:

@@ -1,7 +1,8 @@
-"""Two browsers at once: neither sees what the other does."""
+"""Two browsers at once, or two windows of one: neither sees what the other does."""
 
 from __future__ import annotations
 
+import pytest
 from explorer_page import Open, agree, differing
 
 ROBOT = "/robot-0"
@@ -31,3 +32,15 @@ def test_two_browsers_do_not_disturb_each_other(open_explorer: Open) -> None:
     second.wait_for(
         lambda: not agree(second.poses(ROBOT), pose), "the second robot does not follow"
     )
+
+
+def test_two_windows_of_a_browser_come_back_as_each_was(open_explorer: Open) -> None:
+    first = open_explorer()
+    second = first.another()
+    for window, value in ((first, 0.25), (second, 0.75)):
+        with window.landscape_follows():
+            window.set_value("μ 3", value)
+    for window, value in ((first, 0.25), (second, 0.75)):
+        window.reload()
+        assert window.value("μ 3") == pytest.approx(value, abs=0.01)
+    assert second.console_errors == []

@@ -399,6 +399,21 @@ def test_a_path_that_leaves_the_map_widens_it(make: Make) -> None:
     assert boards.map.board.frame == before
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
+def test_a_path_that_runs_away_is_drawn_as_far_as_it_goes(make: Make, value: float) -> None:
+    state = after(FACTS, open_screen(), do.SetTarget(target_motion()), do.StartRecognition())
+    boards = make(FACTS, state)
+    before = boards.map.board.frame
+    lost = np.array([[[0.1, 0.1, 0.1]], [[0.2, 0.1, 0.1]], [[value] * 3]])
+    request = state.recognition.request
+    state = after(FACTS, state, do.RecognitionStepped(request, make_trace(lost)))
+    boards.show(state)
+    frame = boards.map.board.frame
+    assert np.isfinite([*frame.x_range, *frame.y_range]).all()
+    if not np.isfinite(value):
+        assert frame == before
+
+
 # --- side by side ---
 def test_the_boards_turn_to_the_active_model(make: Make) -> None:
     facts = (FACTS[0], ONE_DIMENSION[0], TWELVE_DIMENSIONS[0])

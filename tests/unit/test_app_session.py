@@ -10,9 +10,16 @@ import numpy as np
 import pytest
 import torch
 
+from rnnpb_explorer.app import intents as do
+from rnnpb_explorer.app import server as server_module
+from rnnpb_explorer.app import session as session_module
+from rnnpb_explorer.app.screen import Screen
 from rnnpb_explorer.app.server import App, ServerOptions, start
-from rnnpb_explorer.app.session import Session
+from rnnpb_explorer.app.session import LOST, STOPPED, Session
 from rnnpb_explorer.app.state import AppState
+from rnnpb_explorer.app.transitions import Facts, Update
+from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.worker import Lane
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
@@ -87,6 +94,19 @@ def complete(state: AppState) -> bool:
         and model.landscape.values.complete
         for model in state.models
     )
+
+
+def leave(browser: WireBrowser, session: Session) -> None:
+    """Close the window and wait until the server has noticed."""
+    noticed, close = threading.Event(), session.close
+
+    def closing() -> None:
+        close()
+        noticed.set()
+
+    session.close = closing  # type: ignore[method-assign]
+    browser.leave()
+    assert noticed.wait(TIMEOUT)
 
 
 def shown(app: App, state: AppState) -> list[str]:
@@ -294,17 +314,270 @@ def test_a_reload_in_the_middle_of_a_run_leaves_no_run_behind(
     assert session.state.recognition.target is not None
 
 
+def test_each_of_two_pages_of_a_browser_gets_its_own_screen_back(open_browser: Open) -> None:
+    storage: dict[str, str] = {}
+    pages = [open_browser(storage) for _ in range(2)]
+    for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
+        page.set("μ 1", value)
+        until(session, lambda state, value=value: state.current.latent.mu[0] == value)
+    for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
+        leave(page, session)
+        page, again = open_browser(storage)
+        assert again.state.current.latent.mu[0] == value
+    # A third one finds none that was closed.
+    page.set("μ 1", 0.375)
+    until(again, lambda state: state.current.latent.mu[0] == 0.375)
+    _, third = open_browser(storage)
+    assert third.state.current.latent.mu[0] == 0.375
+
+
+def test_a_second_page_begins_with_what_the_first_one_shows(open_browser: Open) -> None:
+    storage: dict[str, str] = {}
+    page, session = open_browser(storage)
+    page.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    _, second = open_browser(storage)
+    assert second.state.current.latent.mu[0] == 0.125
+
+
+def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
+    app: App, open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, session = open_browser()
+    page.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    leave(page, session)
+    building, go_on = threading.Event(), threading.Event()
+
+    def slow(screen: Screen, state: AppState) -> None:
+        building.set()
+        assert go_on.wait(TIMEOUT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Screen, "show", slow)
+        hasty = WireBrowser(app.url, page.storage)
+        assert building.wait(TIMEOUT)
+        session = app.sessions[max(app.sessions)]
+        leave(hasty, session)
+        go_on.set()
+        session.join(TIMEOUT)
+    _, session = open_browser(page.storage)
+    assert session.state.current.latent.mu[0] == 0.125
+
+
+def test_no_more_pages_than_the_server_takes(
+    checkpoint: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server_module, "MAX_SESSIONS", 1)
+    running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
+    try:
+        first = WireBrowser(running.url)
+        first.widget("Motion")
+        (session,) = running.sessions.values()
+        second = WireBrowser(running.url)
+        second.wait_for(lambda: "1 pages already" in str(second.widgets))
+        assert list(running.sessions.values()) == [session]
+        leave(first, session)
+        second.leave()
+        WireBrowser(running.url, second.storage).widget("Motion")
+    finally:
+        running.stop()
+
+
+# --- faults ---
+Break = Callable[[AppState, do.Intent], bool]
+
+
+@pytest.fixture
+def break_when(monkeypatch: pytest.MonkeyPatch) -> Callable[[Break], None]:
+    """Have the update of some states and intents fail."""
+
+    def install(breaks: Break) -> None:
+        def failing(facts: Facts, state: AppState, intent: do.Intent) -> Update:
+            if breaks(state, intent):
+                raise ZeroDivisionError("made for a test")
+            return update(facts, state, intent)
+
+        monkeypatch.setattr(session_module, "update", failing)
+
+    return install
+
+
+def has_stopped(browser: WireBrowser) -> None:
+    browser.wait_for(lambda: STOPPED in browser.notices)
+
+
+def test_a_page_that_meets_a_fault_says_so_and_comes_back_as_it_was(
+    open_browser: Open, break_when: Callable[[Break], None]
+) -> None:
+    break_when(lambda state, intent: intent == do.SetMu(1, 0.5))
+    browser, session = open_browser()
+    browser.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    browser.set("μ 2", 0.5)
+    has_stopped(browser)
+    leave(browser, session)
+    again, session = open_browser(browser.storage)
+    assert session.state.current.latent.mu[0] == 0.125
+    again.set("μ 2", 0.25)
+    until(session, lambda state: state.current.latent.mu[1] == 0.25)
+    assert again.notices == []
+
+
+def test_a_state_that_cannot_be_shown_is_not_kept(
+    open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    show = Screen.show
+
+    def fails(screen: Screen, state: AppState) -> None:
+        if state.current.latent.mu[1] == 0.5:
+            raise ZeroDivisionError("made for a test")
+        show(screen, state)
+
+    monkeypatch.setattr(Screen, "show", fails)
+    browser, session = open_browser()
+    browser.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    browser.set("μ 2", 0.5)
+    has_stopped(browser)
+    leave(browser, session)
+    again, session = open_browser(browser.storage)
+    assert session.state.current.latent.mu[0] == 0.125
+    assert session.state.current.latent.mu[1] != 0.5
+    assert again.notices == []
+
+
+def test_a_kept_screen_that_cannot_be_built_gives_way_to_the_opening_one(
+    open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reset_camera = Screen._reset_camera
+    browser, session = open_browser()
+    opening = session.state.current.latent.mu[0]
+    browser.set("μ 1", 0.125)
+    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    leave(browser, session)
+    built: list[Screen] = []
+
+    def fails(screen: Screen) -> None:
+        """At the end of building the first one."""
+        built.append(screen)
+        if len(built) == 1:
+            raise ZeroDivisionError("made for a test")
+        reset_camera(screen)
+
+    monkeypatch.setattr(Screen, "_reset_camera", fails)
+    again, session = open_browser(browser.storage)
+    assert session.state.current.latent.mu[0] == opening
+    again.wait_for(lambda: again.notices == [LOST])
+    labels = [widget.get("label") for widget in again.widgets.values()]
+    assert labels.count("Motion") == 1
+    again.set("μ 1", 0.25)
+    until(session, lambda state: state.current.latent.mu[0] == 0.25)
+
+
+def test_a_screen_that_leads_to_a_fault_twice_is_given_up(
+    app: App, open_browser: Open, break_when: Callable[[Break], None]
+) -> None:
+    """It can be shown, but the motion that it asks for ends the page."""
+    break_when(
+        lambda state, intent: (
+            isinstance(intent, do.MotionReady) and state.current.latent.mu[0] == 0.125
+        )
+    )
+    browser, session = open_browser()
+    opening = session.state.current.latent.mu[0]
+    browser.set("μ 1", 0.125)
+    has_stopped(browser)
+    leave(browser, session)
+    again = WireBrowser(app.url, browser.storage)
+    has_stopped(again)
+    leave(again, app.sessions[max(app.sessions)])
+    last, session = open_browser(browser.storage)
+    assert session.state.current.latent.mu[0] == opening
+    last.wait_for(lambda: last.notices == [LOST])
+
+
+# --- at rest ---
+@pytest.fixture
+def resting(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Set whenever a session waits for nothing but an intent."""
+    rests, drain = threading.Event(), Session._drain
+
+    def noting(session: Session, wait: float | None) -> list[do.Intent]:
+        if wait is None:
+            rests.set()
+        return drain(session, wait)
+
+    monkeypatch.setattr(Session, "_drain", noting)
+    return rests
+
+
+def paused(browser: WireBrowser, session: Session, resting: threading.Event) -> None:
+    browser.command("Play or pause")
+    until(session, lambda state: not state.playback.playing)
+    assert resting.wait(TIMEOUT)
+    resting.clear()
+
+
+def test_a_session_rests_where_nothing_changes_and_goes_on_from_there(
+    open_browser: Open, resting: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    browser, session = open_browser()
+    assert not resting.is_set()  # the motion plays
+    paused(browser, session, resting)
+    ticks: list[float] = []
+
+    def noting(facts: Facts, state: AppState, intent: do.Intent) -> Update:
+        if isinstance(intent, do.Tick):
+            ticks.append(intent.seconds)
+        return update(facts, state, intent)
+
+    monkeypatch.setattr(session_module, "update", noting)
+    browser.command("Play or pause")
+    until(session, lambda state: state.playback.playing)
+    assert ticks[0] == 0.0
+    phase = session.state.playback.phase
+    until(session, lambda state: state.playback.phase != phase)
+
+
+def test_a_session_at_rest_resets_the_view(
+    open_browser: Open, resting: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    browser, session = open_browser()
+    paused(browser, session, resting)
+    went_home = threading.Event()
+    monkeypatch.setattr(Screen, "_reset_camera", lambda screen: went_home.set())
+    browser.command("Reset the view")
+    assert went_home.wait(TIMEOUT)
+
+
+def test_a_session_at_rest_shows_its_code(open_browser: Open, resting: threading.Event) -> None:
+    browser, session = open_browser()
+    paused(browser, session, resting)
+    browser.press("Show the code of this screen")
+    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb1-"))
+
+
+def test_what_is_written_late_is_written_before_a_rest(
+    open_browser: Open, resting: threading.Event
+) -> None:
+    """A widget that a person holds gets the state's value only when it is let go."""
+    browser, session = open_browser()
+    paused(browser, session, resting)
+    browser.set("Frame", 99)
+    browser.wait_for(lambda: browser.widget("Frame")["value"] == 11)
+
+
 # --- leaving ---
 def session_threads() -> set[threading.Thread]:
-    names = ("session-", "motions", "landscapes", "recognitions")
-    return {thread for thread in threading.enumerate() if thread.name.startswith(names)}
+    return {thread for thread in threading.enumerate() if thread.name.startswith("session-")}
 
 
 def test_a_browser_that_leaves_takes_its_threads_with_it(app: App, open_browser: Open) -> None:
     before = session_threads()
     browser, session = open_browser()
     mine = session_threads() - before
-    assert len(mine) == 4
+    assert len(mine) == 5  # the loop, and a lane for each kind of work
     browser.leave()
     for thread in mine:
         thread.join(TIMEOUT)
@@ -322,17 +595,27 @@ def test_a_browser_that_leaves_at_the_door_leaves_nothing(app: App, open_browser
     assert left == {session}
 
 
-def test_stopping_ends_every_session_and_frees_the_port(checkpoint: Path) -> None:
+def test_stopping_ends_every_session_and_frees_the_port(
+    checkpoint: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = session_threads()
     running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
     browsers = [WireBrowser(running.url) for _ in range(2)]
     for browser in browsers:
         browser.widget("Motion")
     mine = session_threads() - before
+    lanes = [lane for session in running.sessions.values() for lane in session._lanes]
+    told: list[bool] = []
+    join = Lane.join
+
+    def noting(lane: Lane[object, object], timeout: float) -> None:
+        told.append(all(each._closed for each in lanes))
+        join(lane, timeout)
+
+    monkeypatch.setattr(Lane, "join", noting)
     running.stop()
-    for thread in mine:
-        thread.join(TIMEOUT)
-        assert not thread.is_alive()
+    assert told == [True] * len(lanes)  # all were told to end before any was waited for
+    assert not any(thread.is_alive() for thread in mine)
     port = int(running.url.rpartition(":")[2])
     again = start(ServerOptions(checkpoints=(str(checkpoint),), port=port))
     assert again.url == running.url

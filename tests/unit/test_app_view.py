@@ -76,6 +76,15 @@ def test_play_at_the_end_begins_again() -> None:
     assert frame_of(state) == 0
 
 
+def test_a_state_that_time_does_not_change_stays_the_same_one() -> None:
+    state = after(FACTS, open_screen(), do.SetPlaying(False), do.Tick(1.0))
+    assert update(FACTS, state, do.Tick(1.0)) == (state, ())
+    state = after(FACTS, state, do.SetMu(0, 0.5))
+    assert update(FACTS, state, do.Tick(0.1)) != (state, ())  # the gesture goes on
+    state = after(FACTS, state, do.Tick(1.0))
+    assert update(FACTS, state, do.Tick(1.0)) == (state, ())
+
+
 def test_a_paused_motion_stands_still_and_goes_on_from_there() -> None:
     state = after(FACTS, open_screen(), do.Tick(3 * FRAME), do.TogglePlaying(), do.Tick(1.0))
     assert frame_of(state) == 3
@@ -199,20 +208,20 @@ def test_axes_along_which_the_puck_is_far_move_the_window_to_it() -> None:
     np.testing.assert_array_equal(state.current.anchor, state.current.latent.mu)
 
 
-def test_colours_joints_and_notices_are_just_shown() -> None:
+def test_colours_and_joints_are_just_shown() -> None:
     state, works = update(FACTS, open_screen(), do.SetColouring("valence"))
     assert (state.colouring, works) == ("valence", ())
     state, works = update(FACTS, state, do.SetJoint("c"))
     assert (state.joint, works) == ("c", ())
-    state, works = update(FACTS, state, do.Say("hello", good=True))
-    assert works == ()
-    assert state.notice is not None
-    assert (state.notice.text, state.notice.good) == ("hello", True)
 
 
 def test_the_same_words_twice_are_two_notices() -> None:
-    first = after(FACTS, open_screen(), do.Say("hello"))
-    assert after(FACTS, first, do.Say("hello")).notice != first.notice
+    first = after(FACTS, open_screen(), do.RefuseTarget("no motion"))
+    assert first.notice is not None
+    second = after(FACTS, first, do.RefuseTarget("no motion"))
+    assert second.notice is not None
+    assert second.notice.text == first.notice.text
+    assert second.notice != first.notice
 
 
 def test_view_settings_are_no_steps_of_undo() -> None:

@@ -56,12 +56,16 @@ class Workshop:
 
     def nothing_more(self) -> bool:
         """Whether nothing else was posted, once the lane has ended."""
-        self.lane.close(TIMEOUT)
+        self.end()
         try:
             self.posted.get_nowait()
         except Empty:
             return True
         return False
+
+    def end(self) -> None:
+        self.lane.close()
+        self.lane.join(TIMEOUT)
 
     @property
     def thread(self) -> threading.Thread:
@@ -73,7 +77,7 @@ def workshop() -> Iterator[Workshop]:
     made = Workshop()
     yield made
     made.go_on.release(100)
-    made.lane.close(TIMEOUT)
+    made.end()
     assert not made.thread.is_alive()
 
 
@@ -190,23 +194,31 @@ def test_any_other_failure_becomes_a_result_and_is_logged(
 
 
 def test_closing_ends_the_thread(workshop: Workshop) -> None:
-    workshop.lane.close(TIMEOUT)
+    workshop.end()
     assert not workshop.thread.is_alive()
-    workshop.lane.close(TIMEOUT)  # twice is once
+    workshop.end()  # twice is once
+
+
+def test_closing_does_not_wait(workshop: Workshop) -> None:
+    workshop.hold()
+    workshop.lane.close()
+    assert workshop.thread.is_alive()
+    workshop.go_on.release()
+    assert workshop.results(2) == ["held begins", "held cancelled"]
 
 
 def test_closing_stops_what_runs_and_never_begins_what_waits(workshop: Workshop) -> None:
     workshop.lane.submit("stoppable")
     assert workshop.begun.get(timeout=TIMEOUT) == "stoppable"
     workshop.lane.submit("waiting", "other")
-    workshop.lane.close(TIMEOUT)
+    workshop.end()
     assert not workshop.thread.is_alive()
     assert workshop.begun.empty()
     assert workshop.results(1) == ["stoppable begins"]
 
 
 def test_a_closed_lane_does_no_work(workshop: Workshop) -> None:
-    workshop.lane.close(TIMEOUT)
+    workshop.end()
     workshop.lane.submit("late")
     assert workshop.begun.empty()
     assert workshop.nothing_more()

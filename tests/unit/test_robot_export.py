@@ -68,6 +68,16 @@ def test_exports_are_within_limits_unless_one_insists(
 
 
 @pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("limited", [True, False])
+def test_what_is_no_number_is_not_exported(
+    wild: Motion, pepper: Robot, file_format: Format, limited: bool
+) -> None:
+    wild.positions[7, 0] = np.nan
+    with pytest.raises(InputError, match=r"Wild_1 .*HeadPitch: nan instead of a position, frame 7"):
+        export_motion(wild, pepper, file_format, safe_posture=True, enforce_limits=limited)
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
 def test_what_was_exported_comes_back(wild: Motion, pepper: Robot, file_format: Format) -> None:
     exported = export_motion(wild, pepper, file_format)
     back = _back(exported.content, file_format)

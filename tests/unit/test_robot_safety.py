@@ -42,7 +42,7 @@ def test_a_calm_motion_is_green(pepper: Robot) -> None:
 def test_a_little_beyond_a_limit_is_amber(pepper: Robot) -> None:
     report = check_motion(_yaw(2.0, 2.1, 2.12, 2.0, 2.1), pepper)
     assert report.light == "amber"
-    assert report.frames("HeadYaw") == ((1, 2), (4, 4))
+    assert sorted((v.first, v.last) for v in report.violations) == [(1, 2), (4, 4)]
     worst = report.violations[0]
     assert (worst.kind, worst.first, worst.last) == ("position", 1, 2)
     assert worst.worst == pytest.approx(2.12)
@@ -90,6 +90,20 @@ def test_strange_joints_are_named_not_checked(pepper: Robot) -> None:
     limited = limit_motion(motion, pepper)
     assert (limited.positions[:, 0] == 9.0).all()
     assert check_motion(limited, pepper).light == "green"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("joint", ["HeadYaw", "Tail"])
+def test_what_is_no_number_is_red_and_comes_first(pepper: Robot, value: float, joint: str) -> None:
+    positions = np.zeros((8, 2), dtype=np.float32)
+    positions[3:5, 0] = value
+    positions[7, 1] = 0.8  # HeadPitch: too far and too fast
+    report = check_motion(Motion("m", (joint, "HeadPitch"), positions, FPS), pepper)
+    assert report.light == "red"
+    first, *others = report.violations
+    assert (first.kind, first.joint, first.first, first.last) == ("not finite", joint, 3, 4)
+    assert str(first) == f"{joint}: {value} instead of a position, frames 3–4"
+    assert [v.joint for v in others] == ["HeadPitch", "HeadPitch"]
 
 
 def test_a_motion_within_limits_stays_as_it_is(pepper: Robot) -> None:
