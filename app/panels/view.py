@@ -46,7 +46,7 @@ class ViewPanel:
         *,
         has_eyes: bool = False,
     ) -> None:
-        self._facts, self._code = facts, code
+        self._facts, self._send, self._code = facts, send, code
         self._code_wanted = threading.Event()
         with gui.add_folder("PB map"):
             self._colouring = Bound(
@@ -88,12 +88,17 @@ class ViewPanel:
         on_click(download, lambda: send(do.DownloadMotion()))
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
-            on_click(gui.add_button("Show the code of this screen"), self._code_wanted.set)
+            on_click(gui.add_button("Show the code of this screen"), self._ask_for_code)
             on_click(
                 gui.add_button("Restore from the code"),
                 lambda: send(do.RestoreCode(self._text.handle.value)),
             )
             gui.add_markdown(NOT_IN_A_CODE)
+
+    def _ask_for_code(self) -> None:
+        """Have the next `show` write it: handles are written by the session only."""
+        self._code_wanted.set()
+        self._send(do.Tick(0.0))  # a session that rests shows nothing until something comes
 
     def show(self, state: AppState) -> None:
         facts = self._facts[state.active]
