@@ -311,7 +311,7 @@ def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> Non
     panel.show(open_screen())
     assert labelled(gui, "Code").value == "rnnpb1-x"
     hand(labelled(gui, "Restore from the code"))
-    assert sent == [do.RestoreCode("rnnpb1-x")]
+    assert sent == [do.Tick(0.0), do.RestoreCode("rnnpb1-x")]  # a page at rest is woken
     hand(labelled(gui, "Code"), "rnnpb1-other")
     panel.show(open_screen())
     assert labelled(gui, "Code").value == "rnnpb1-other"  # shown once for each press
