@@ -219,6 +219,8 @@ def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOp
     state = initial_state(facts, options.seed, motion)
     if options.state_code is not None:
         state = decode(facts, state, options.state_code)
+        if state.use_target:
+            log.warning("the state code was made with an uploaded motion, which it does not hold")
     if options.frame is not None:
         last = facts[0].lengths[state.models[0].latent.motion] - 1
         if not 0 <= options.frame <= last:

@@ -299,13 +299,20 @@ def test_a_frame_that_there_is_not_is_refused(
         opening_state(facts, tiny_model, replace(options, frame=frame))
 
 
-def test_it_opens_with_a_state_code(tiny_model: RNNPB, options: ServerOptions) -> None:
+def test_it_opens_with_a_state_code(
+    tiny_model: RNNPB, options: ServerOptions, caplog: pytest.LogCaptureFixture
+) -> None:
     facts = describe_models((tiny_model,), options)
     state = after(facts, opening_state(facts, tiny_model, options), do.SelectMotion(2))
     code = encode(facts, after(facts, state, do.SetMu(0, 0.625)))
     opened = opening_state(facts, tiny_model, replace(options, state_code=code))
     assert opened.current.latent.motion == 2
     assert opened.current.latent.mu[0] == 0.625
+    assert not caplog.records
+    given = Motion("given", facts[0].joints, np.zeros((20, 5), np.float32), 25.0)
+    code = encode(facts, after(facts, state, do.SetTarget(given)))
+    opening_state(facts, tiny_model, replace(options, state_code=code))
+    assert "made with an uploaded motion, which it does not hold" in caplog.text
     with pytest.raises(InputError):
         opening_state(facts, tiny_model, replace(options, state_code="nonsense"))
 
