@@ -347,11 +347,13 @@ def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
     page.set("μ 1", 0.125)
     until(session, lambda state: state.current.latent.mu[0] == 0.125)
     leave(page, session)
+    session.join(TIMEOUT)  # so that it shows nothing any more
     building, go_on = threading.Event(), threading.Event()
 
     def slow(screen: Screen, state: AppState) -> None:
-        building.set()
-        assert go_on.wait(TIMEOUT)
+        if state.current.latent.mu[0] == 0.125:
+            building.set()
+            assert go_on.wait(TIMEOUT)
 
     with monkeypatch.context() as patch:
         patch.setattr(Screen, "show", slow)
@@ -634,12 +636,18 @@ def test_two_models_of_different_sizes_on_one_screen(
         assert shown(both, session.state) == ["bow", "bow", "bow"]
         assert {"/robot-0", "/robot-1", "/robot-2"} <= set(browser.nodes)
         for name in ("wide", "tiny", "line"):
+            before = browser.widget("μ 1")
             browser.set("Model", name)
             until(session, lambda state, name=name: both.facts[state.active].name == name)
+            # Another model has sliders of its own.
+            browser.wait_for(lambda before=before: browser.widget("μ 1") is not before)
             browser.set("Motion", "wave")
             until(session, lambda state: shown(both, state) == ["wave"] * 3 and complete(state))
+            steps = len(session.state.undo)
             browser.drag("/boards/map", (0.0, -1.0, 1.1), (0.0, -0.9, 1.1))
             browser.drag("/boards/landscape", (0.0, -1.0, 0.4), (0.0, -0.9, 0.4))
+            # One hand: it takes a slider when it has let go of the board.
+            until(session, lambda state, steps=steps: len(state.undo) == steps + 2)
             browser.set("μ 1", 0.5)
             until(session, lambda state: state.current.latent.mu[0] == 0.5 and complete(state))
             browser.set("Motion", "bow")
