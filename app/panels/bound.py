@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import viser
@@ -31,18 +31,28 @@ class Bound:
         self._changed = changed
         self._clock = clock
         self._held_until = 0.0
+        # What the state and the person last said, not what the widget says now: viser stores a
+        # person's value a moment before it is heard of here, and must not find it overwritten.
+        self._agreed = handle.value
         handle.on_update(self._on_update)
 
     async def _on_update(self, event: viser.GuiEvent[Any]) -> None:
         if event.client is None:  # our own assignment, not a person
             return
         self._held_until = self._clock() + HELD_SECONDS
-        self._changed(event.target.value)
+        self._agreed = event.target.value
+        self._changed(self._agreed)
 
     def show(self, value: Any) -> None:
         """Show a value of the state, unless it stands there or a person holds the widget."""
-        if self.handle.value != value and self._clock() >= self._held_until:
-            self.handle.value = value
+        if value != self._agreed and self._clock() >= self._held_until:
+            self._agreed = self.handle.value = value
+
+    def offer(self, options: Sequence[str]) -> None:
+        """Let a dropdown offer these; it goes to the first where it stands at none of them."""
+        if self.handle.options != tuple(options):
+            self.handle.options = tuple(options)
+            self._agreed = self.handle.value
 
 
 def on_click(handle: Any, clicked: Callable[[], None]) -> None:

@@ -77,7 +77,7 @@ class ExplorePanel:
         facts = self._facts[state.active]
         if self._built is None or self._built[0] != state.active:
             self._first = 0
-            self._motion.handle.options = facts.motions
+            self._motion.offer(facts.motions)
         if self._built != (state.active, self._first):
             self._build_sliders(facts)
             self._built = (state.active, self._first)

@@ -44,8 +44,7 @@ class JointsPanel:
 
     def show(self, state: AppState) -> None:
         motion, facts = state.current.motion, self._facts[state.active]
-        if self._joint.handle.options != (MOST_MOVING, *facts.joints):
-            self._joint.handle.options = (MOST_MOVING, *facts.joints)
+        self._joint.offer((MOST_MOVING, *facts.joints))
         self._joint.show(state.joint if state.joint in facts.joints else MOST_MOVING)
         if motion is None:
             return

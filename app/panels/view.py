@@ -124,9 +124,7 @@ class ViewPanel:
     @staticmethod
     def _options(bound: Bound, options: list[str], shown: str) -> None:
         """Offer these, and what is shown: a state code may hold axes that are not offered."""
-        wanted = tuple(options) if shown in options else (*options, shown)
-        if bound.handle.options != wanted:
-            bound.handle.options = wanted
+        bound.offer(options if shown in options else (*options, shown))
 
 
 def axes_label(letter: str, axes: tuple[int, ...]) -> str:

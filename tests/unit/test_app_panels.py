@@ -140,6 +140,24 @@ def test_a_widget_in_a_persons_hand_is_left_alone(gui: viser.GuiApi) -> None:
     assert widget.handle.value == 0.5
 
 
+def test_a_persons_value_is_not_overwritten_before_it_is_heard_of(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    widget.handle._impl.value = 0.75  # what viser does first; its callbacks come later
+    widget.show(0.5)
+    hand(widget.handle, widget.handle.value)
+    assert changed == [0.75]
+
+
+def test_a_dropdown_shows_the_state_when_what_it_offers_has_changed(gui: viser.GuiApi) -> None:
+    dropdown = gui.add_dropdown("x", ["a", "b"], initial_value="b")
+    widget = Bound(dropdown, lambda _: None)
+    widget.offer(("c", "d"))
+    assert dropdown.value == "c"
+    widget.offer(("a", "b"))
+    widget.show("b")
+    assert dropdown.value == "b"
+
+
 def test_a_value_that_stands_there_is_not_written_again(gui: viser.GuiApi) -> None:
     written: list[object] = []
 
