@@ -26,7 +26,7 @@ from .tables import print_table, sweep_table, write_json
 
 Item = TypeVar("Item")
 MAX_SEEDS = 1000
-GPU_JOBS = 4  # each fills half a gigabyte of the GPU before it computes anything
+GPU_JOBS = 4  # each takes memory of the GPU for itself before it computes anything
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

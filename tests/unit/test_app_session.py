@@ -409,11 +409,10 @@ def has_stopped(browser: WireBrowser) -> None:
     browser.wait_for(lambda: STOPPED in browser.notices)
 
 
-def test_a_page_that_meets_a_fault_says_so_and_comes_back_as_it_was(
-    open_browser: Open, break_when: Callable[[Break], None]
-) -> None:
-    break_when(lambda state, intent: intent == do.SetMu(1, 0.5))
-    browser, session = open_browser()
+def stop_and_reload(
+    browser: WireBrowser, session: Session, open_browser: Open
+) -> tuple[WireBrowser, Session]:
+    """Move mu 1, which goes well, then mu 2, which meets the fault; the page is as before it."""
     browser.set("μ 1", 0.125)
     until(session, lambda state: state.current.latent.mu[0] == 0.125)
     browser.set("μ 2", 0.5)
@@ -421,6 +420,15 @@ def test_a_page_that_meets_a_fault_says_so_and_comes_back_as_it_was(
     leave(browser, session)
     again, session = open_browser(browser.storage)
     assert session.state.current.latent.mu[0] == 0.125
+    return again, session
+
+
+def test_a_page_that_meets_a_fault_says_so_and_comes_back_as_it_was(
+    open_browser: Open, break_when: Callable[[Break], None]
+) -> None:
+    break_when(lambda state, intent: intent == do.SetMu(1, 0.5))
+    browser, session = open_browser()
+    again, session = stop_and_reload(browser, session, open_browser)
     again.set("μ 2", 0.25)
     until(session, lambda state: state.current.latent.mu[1] == 0.25)
     assert again.notices == []
@@ -438,13 +446,7 @@ def test_a_state_that_cannot_be_shown_is_not_kept(
 
     monkeypatch.setattr(Screen, "show", fails)
     browser, session = open_browser()
-    browser.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
-    browser.set("μ 2", 0.5)
-    has_stopped(browser)
-    leave(browser, session)
-    again, session = open_browser(browser.storage)
-    assert session.state.current.latent.mu[0] == 0.125
+    again, session = stop_and_reload(browser, session, open_browser)
     assert session.state.current.latent.mu[1] != 0.5
     assert again.notices == []
 
