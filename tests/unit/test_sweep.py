@@ -258,6 +258,8 @@ def test_ctrl_c_keeps_finished_cells(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPat
 
 def test_ctrl_c_in_a_terminal(rnnpb: Rnnpb) -> None:
     """It reaches the workers, too: they end, and add nothing to the one line."""
+    # A shell has what it starts in the background ignore Ctrl-C, and children would take that over.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     terminal, other_end = pty.openpty()
     many = ("--pb-dims", 1, "--conditions", "zero", "--seeds", 1000, "--jobs", 2)
     command = ("sweep", *SMALL, "--out", "cells", *many)
