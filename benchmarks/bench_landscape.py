@@ -10,7 +10,7 @@ from bench_generation import frame_by_frame
 from timing import Table, best_of
 from torch import Tensor
 
-from rnnpb_explorer.core.landscape import (
+from rnnpb_explorer.core.correlation import (
     landscape,
     landscape_stages,
     pearson,

@@ -7,15 +7,13 @@ not wait for it.
 from __future__ import annotations
 
 import importlib
-import sys
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
+    from .correlation import Landscape, landscape
     from .data import Dataset, load_dataset
     from .errors import InputError
-    from .landscape import Landscape, landscape
     from .model import RNNPB, ModelConfig, ModelInfo, MotionLabel
     from .motion import Motion, parse_motion, read_motion, write_motion
     from .recognition import RecognitionConfig, RecognitionResult, recognize
@@ -46,7 +44,7 @@ _MODULES = {
     "checkpoint": ("load_checkpoint", "save_checkpoint", "shipped_checkpoints"),
     "data": ("Dataset", "load_dataset"),
     "errors": ("InputError",),
-    "landscape": ("Landscape", "landscape"),
+    "correlation": ("Landscape", "landscape"),
     "model": ("RNNPB", "ModelConfig", "ModelInfo", "MotionLabel"),
     "motion": ("Motion", "parse_motion", "read_motion", "write_motion"),
     "recognition": ("RecognitionConfig", "RecognitionResult", "recognize"),
@@ -60,14 +58,3 @@ def __getattr__(name: str) -> Any:
     value = getattr(importlib.import_module(f".{_HOME[name]}", __name__), name)
     globals()[name] = value
     return value
-
-
-class _Package(ModuleType):
-    def __setattr__(self, name: str, value: Any) -> None:
-        # Python binds a submodule on its package when it is first imported; the module `landscape`
-        # would hide the function of that name.
-        if not (name in _HOME and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

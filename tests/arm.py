@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rnnpb_explorer.app.rnnpb import main
-from rnnpb_explorer.app.server import ServerOptions
+from rnnpb_explorer.app.commands.screenshot import main
+from rnnpb_explorer.app.page.server import ServerOptions
 from rnnpb_explorer.core.motion import Motion, write_motion
 
 # Four joints that a model with the joints a to e moves, and a slide that it does not know.

@@ -10,8 +10,8 @@ import sys
 
 from packed_lstm import PackedTrainer
 
+from rnnpb_explorer.app.commands.main import main
 from rnnpb_explorer.core import training
-from rnnpb_explorer.core.cli import main
 
 if __name__ == "__main__":
     training.Trainer = PackedTrainer  # what a cell looks up when it runs

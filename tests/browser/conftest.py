@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import pytest
 from explorer_page import ExplorerPage, Open
 
-from rnnpb_explorer.app.screenshot import chromium
+from rnnpb_explorer.app.commands.photograph import chromium
 from rnnpb_explorer.core import InputError, shipped_checkpoints
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-    from rnnpb_explorer.app.server import App
+    from rnnpb_explorer.app.page.server import App
 
 HERE = Path(__file__).parent
 MOTION = "Alienated_1"  # its landscape has a slope that changes with every component
@@ -48,7 +48,7 @@ def app() -> Iterator[App]:
     """
     if "strong" not in shipped_checkpoints():
         pytest.skip("checkpoints/strong.pt is not there")
-    from rnnpb_explorer.app.server import ServerOptions, start
+    from rnnpb_explorer.app.page.server import ServerOptions, start
 
     running = start(ServerOptions(port=0, motion=MOTION, frame=FRAME))
     yield running

@@ -29,11 +29,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, FilePayload, Locator, Page
 
-from rnnpb_explorer.app.screenshot import (
-    CANVAS,
-    LANDSCAPE_COMPLETE,
-    wait_until_ready,
-)
+from rnnpb_explorer.app.commands.photograph import CANVAS, LANDSCAPE_COMPLETE, wait_until_ready
 
 TIMEOUT_MS = 60_000  # software rendering on a busy machine; only a failing test waits so long
 ARTIFACTS = Path(__file__).parents[2] / "test-artifacts"

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 
-from rnnpb_explorer.app.screenshot import find_chromium
+from rnnpb_explorer.app.commands.photograph import find_chromium
 
 
 def main() -> int:

@@ -8,7 +8,7 @@ import pytest
 from arm import options_for_the_arm, recording
 from explorer_page import Open, agree
 
-from rnnpb_explorer.app.server import App, start
+from rnnpb_explorer.app.page.server import App, start
 from rnnpb_explorer.core.motion import format_motion
 
 ROBOT, SECOND = "/robot-0", "/robot-1"

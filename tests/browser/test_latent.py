@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from explorer_page import ExplorerPage, agree, differing
 
-from rnnpb_explorer.app.stage import BOARD_SIZE
+from rnnpb_explorer.app.page.stage import BOARD_SIZE
 
 ROBOT = "/robot-0"
 MAP, LANDSCAPE = "/boards/map", "/boards/landscape"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from explorer_page import ExplorerPage, Open, agree
 
-from rnnpb_explorer.app.stage import BOARD_SIZE
+from rnnpb_explorer.app.page.stage import BOARD_SIZE
 
 BOARDS = ("/boards/map", "/boards/landscape")
 ROBOT = "/robot-0"

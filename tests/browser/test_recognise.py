@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from explorer_page import ExplorerPage, agree, differing
 
-from rnnpb_explorer.app.stage import BOARD_SIZE
+from rnnpb_explorer.app.page.stage import BOARD_SIZE
 from rnnpb_explorer.core import Motion
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import format_motion

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from rnnpb_explorer.app.screenshot import find_chromium
+from rnnpb_explorer.app.commands.photograph import find_chromium
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("core", "robot", "app", "static", "checkpoints")

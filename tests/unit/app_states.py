@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.state import (
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import (
     AppState,
     Array,
     ComputedLandscape,
@@ -17,9 +17,9 @@ from rnnpb_explorer.app.state import (
     RecognitionTrace,
     initial_state,
 )
-from rnnpb_explorer.app.transitions import Facts, Update, opening_work
-from rnnpb_explorer.app.update import update
-from rnnpb_explorer.core.landscape import Landscape
+from rnnpb_explorer.app.state.transitions import Facts, Update, opening_work
+from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.core.correlation import Landscape
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import MotionLabel
 from rnnpb_explorer.core.motion import Motion

@@ -9,15 +9,15 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.panels.playback import frame_of
-from rnnpb_explorer.app.panels.readout import readout
-from rnnpb_explorer.app.panels.recognise import status_line
-from rnnpb_explorer.app.slices import drawable_axes, inside_window, landscape_slice
-from rnnpb_explorer.app.state import AppState, initial_state
-from rnnpb_explorer.app.statecode import decode, encode
-from rnnpb_explorer.app.transitions import Facts, opening_work, target_of
-from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.page.panels.playback import frame_of
+from rnnpb_explorer.app.page.panels.readout import readout
+from rnnpb_explorer.app.page.panels.recognise import status_line
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState, initial_state
+from rnnpb_explorer.app.state.slices import drawable_axes, inside_window, landscape_slice
+from rnnpb_explorer.app.state.statecode import decode, encode
+from rnnpb_explorer.app.state.transitions import Facts, opening_work, target_of
+from rnnpb_explorer.app.state.update import update
 
 from .app_states import (
     after,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from arm import RECORDED_JOINTS, options_for_the_arm, recording
 
-from rnnpb_explorer.app.server import App, start
-from rnnpb_explorer.app.session import Session
-from rnnpb_explorer.app.state import AppState
+from rnnpb_explorer.app.page.server import App, start
+from rnnpb_explorer.app.page.session import Session
+from rnnpb_explorer.app.state.document import AppState
 from rnnpb_explorer.core.motion import format_motion
 
 from .wire_browser import TIMEOUT, WireBrowser

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 import viser
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.boards.board import PUCK_AHEAD, BoardView
-from rnnpb_explorer.app.boards.drawing import Board
-from rnnpb_explorer.app.boards.landscape_view import LandscapeView
-from rnnpb_explorer.app.boards.map_view import MapView
-from rnnpb_explorer.app.slices import on_landscape
-from rnnpb_explorer.app.stage import camera_position, stage_for
-from rnnpb_explorer.app.state import AppState, Array, initial_state
-from rnnpb_explorer.app.transitions import Facts
+from rnnpb_explorer.app.page.boards.board import PUCK_AHEAD, BoardView
+from rnnpb_explorer.app.page.boards.drawing import Board
+from rnnpb_explorer.app.page.boards.landscape_view import LandscapeView
+from rnnpb_explorer.app.page.boards.map_view import MapView
+from rnnpb_explorer.app.page.stage import camera_position, stage_for
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState, Array, initial_state
+from rnnpb_explorer.app.state.slices import on_landscape
+from rnnpb_explorer.app.state.transitions import Facts
 
 from .app_states import (
     FACTS,

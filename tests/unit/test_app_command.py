@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rnnpb_explorer.app.cli import main
+from rnnpb_explorer.app.commands.explorer import main
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.model import RNNPB
 

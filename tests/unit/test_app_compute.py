@@ -14,15 +14,20 @@ import pytest
 import torch
 from arm import write_arm
 
-from rnnpb_explorer.app import compute
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.compute import Computations
-from rnnpb_explorer.app.server import ServerOptions, describe_models
-from rnnpb_explorer.app.state import AppState, ExportOptions, ModelFacts, initial_state
-from rnnpb_explorer.app.transitions import opening_work
-from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.engine import compute
+from rnnpb_explorer.app.engine.compute import Computations
+from rnnpb_explorer.app.page.server import ServerOptions, describe_models
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import (
+    AppState,
+    ExportOptions,
+    ModelFacts,
+    initial_state,
+)
+from rnnpb_explorer.app.state.transitions import opening_work
+from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.core.correlation import landscape
 from rnnpb_explorer.core.errors import Cancelled, InputError
-from rnnpb_explorer.core.landscape import landscape
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionStep, recognize

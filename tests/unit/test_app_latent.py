@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.on_latent import MAX_MU, MAX_SIGMA
-from rnnpb_explorer.app.slices import landscape_slice
-from rnnpb_explorer.app.state import AppState, initial_state
-from rnnpb_explorer.app.transitions import MAX_UNDO, Facts, opening_work
-from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState, initial_state
+from rnnpb_explorer.app.state.on_latent import MAX_MU, MAX_SIGMA
+from rnnpb_explorer.app.state.slices import landscape_slice
+from rnnpb_explorer.app.state.transitions import MAX_UNDO, Facts, opening_work
+from rnnpb_explorer.app.state.update import update
 
 from .app_states import (
     FACTS,

@@ -16,22 +16,27 @@ import numpy as np
 import pytest
 import viser
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app import uploads
-from rnnpb_explorer.app.panels.bound import HELD_SECONDS, Bound, on_click
-from rnnpb_explorer.app.panels.explore import PAGE, ExplorePanel
-from rnnpb_explorer.app.panels.help import TEXT
-from rnnpb_explorer.app.panels.joints import JointsPanel, curves, observed_frames, shown_joints
-from rnnpb_explorer.app.panels.playback import PlaybackPanel
-from rnnpb_explorer.app.panels.readout import ReadoutPanel, readout
-from rnnpb_explorer.app.panels.recognise import RecognisePanel, example_files, status_line
-from rnnpb_explorer.app.panels.view import PCA, ViewPanel, axes_label, parse_axes
-from rnnpb_explorer.app.stage import stage_for
-from rnnpb_explorer.app.state import AppState, ModelFacts, initial_state
-from rnnpb_explorer.app.transitions import Facts
-from rnnpb_explorer.app.update import update
-from rnnpb_explorer.app.uploads import read_upload
-from rnnpb_explorer.app.words import target_label, window_label
+from rnnpb_explorer.app.page import uploads
+from rnnpb_explorer.app.page.panels.bound import HELD_SECONDS, Bound, on_click
+from rnnpb_explorer.app.page.panels.explore import PAGE, ExplorePanel
+from rnnpb_explorer.app.page.panels.help import TEXT
+from rnnpb_explorer.app.page.panels.joints import (
+    JointsPanel,
+    curves,
+    observed_frames,
+    shown_joints,
+)
+from rnnpb_explorer.app.page.panels.playback import PlaybackPanel
+from rnnpb_explorer.app.page.panels.readout import ReadoutPanel, readout
+from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
+from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
+from rnnpb_explorer.app.page.stage import stage_for
+from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.words import target_label, window_label
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState, ModelFacts, initial_state
+from rnnpb_explorer.app.state.transitions import Facts
+from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.importing import SUFFIXES

@@ -9,13 +9,13 @@ from queue import Queue
 import numpy as np
 import pytest
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.on_recognition import MAX_ITERATIONS, MAX_TRIALS
-from rnnpb_explorer.app.panels.recognise import status_line
-from rnnpb_explorer.app.state import AppState
-from rnnpb_explorer.app.transitions import stop_recognition
-from rnnpb_explorer.app.update import update
-from rnnpb_explorer.app.uploads import UploadReader, read_upload
+from rnnpb_explorer.app.page.panels.recognise import status_line
+from rnnpb_explorer.app.page.uploads import UploadReader, read_upload
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState
+from rnnpb_explorer.app.state.on_recognition import MAX_ITERATIONS, MAX_TRIALS
+from rnnpb_explorer.app.state.transitions import stop_recognition
+from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.motion import MAX_CSV_BYTES, format_motion
 
 from .app_states import (

@@ -11,8 +11,7 @@ import pytest
 import viser
 from arm import write_arm
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.panels.robot import (
+from rnnpb_explorer.app.page.panels.robot import (
     INSISTED,
     RobotPanel,
     SafetyLight,
@@ -20,14 +19,20 @@ from rnnpb_explorer.app.panels.robot import (
     note_html,
     report_html,
 )
-from rnnpb_explorer.app.panels.view import ViewPanel
-from rnnpb_explorer.app.robots import Robots, robot_names
-from rnnpb_explorer.app.stage import stage_for
-from rnnpb_explorer.app.state import AppState, CheckedMotion, ExportOptions, initial_state
-from rnnpb_explorer.app.transitions import Facts, eyes_of
-from rnnpb_explorer.app.update import update
-from rnnpb_explorer.app.uploads import read_upload
-from rnnpb_explorer.app.words import export_summary, light_words, safety_lines
+from rnnpb_explorer.app.page.panels.view import ViewPanel
+from rnnpb_explorer.app.page.robots import Robots, robot_names
+from rnnpb_explorer.app.page.stage import stage_for
+from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.words import export_summary, light_words, safety_lines
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import (
+    AppState,
+    CheckedMotion,
+    ExportOptions,
+    initial_state,
+)
+from rnnpb_explorer.app.state.transitions import Facts, eyes_of
+from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.data import EYE_COLUMNS
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 import torch
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.server import (
+from rnnpb_explorer.app.page.server import (
     MAX_MODELS,
     App,
     ServerOptions,
@@ -26,7 +25,8 @@ from rnnpb_explorer.app.server import (
     start,
     unmatched_joints,
 )
-from rnnpb_explorer.app.statecode import encode
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB, ModelInfo, MotionLabel
@@ -226,13 +226,13 @@ def test_eye_colours_come_with_the_data(
     options = replace(options, data=str(data_folder))
     assert describe_models((tiny_model,), options)[0].eyes == ()
     track = np.zeros((9, 2, 8, 3), np.float32)
-    monkeypatch.setattr("rnnpb_explorer.app.server.load_eyes", lambda path: {"bow": track})
+    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", lambda path: {"bow": track})
     assert describe_models((tiny_model,), options)[0].eyes == (None, track, None)
 
     def spoilt(path: str) -> None:
         raise InputError("7 is no intensity")
 
-    monkeypatch.setattr("rnnpb_explorer.app.server.load_eyes", spoilt)
+    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", spoilt)
     (facts,) = describe_models((tiny_model,), options)  # the motions are as good without
     assert facts.eyes == ()
     assert facts.data[1] is not None

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import torch
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app import server as server_module
-from rnnpb_explorer.app import session as session_module
-from rnnpb_explorer.app.screen import Screen
-from rnnpb_explorer.app.server import App, ServerOptions, start
-from rnnpb_explorer.app.session import LOST, STOPPED, Session
-from rnnpb_explorer.app.state import AppState
-from rnnpb_explorer.app.transitions import Facts, Update
-from rnnpb_explorer.app.update import update
-from rnnpb_explorer.app.worker import Lane
+from rnnpb_explorer.app.engine.worker import Lane
+from rnnpb_explorer.app.page import server as server_module
+from rnnpb_explorer.app.page import session as session_module
+from rnnpb_explorer.app.page.screen import Screen
+from rnnpb_explorer.app.page.server import App, ServerOptions, start
+from rnnpb_explorer.app.page.session import LOST, STOPPED, Session
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState
+from rnnpb_explorer.app.state.transitions import Facts, Update
+from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo

@@ -11,7 +11,7 @@ import viser.transforms
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rnnpb_explorer.app.stage import (
+from rnnpb_explorer.app.page.stage import (
     FOV,
     ROBOT_HALF_WIDTH,
     Place,

@@ -15,13 +15,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.on_latent import MAX_MU, MAX_SIGMA
-from rnnpb_explorer.app.slices import drawable_axes
-from rnnpb_explorer.app.state import AppState, ExportOptions, Playback, initial_state
-from rnnpb_explorer.app.statecode import MAX_CODE_LENGTH, PREFIX, decode, encode
-from rnnpb_explorer.app.transitions import Facts, opening_work, put_model
-from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import (
+    AppState,
+    ExportOptions,
+    Playback,
+    initial_state,
+)
+from rnnpb_explorer.app.state.on_latent import MAX_MU, MAX_SIGMA
+from rnnpb_explorer.app.state.slices import drawable_axes
+from rnnpb_explorer.app.state.statecode import MAX_CODE_LENGTH, PREFIX, decode, encode
+from rnnpb_explorer.app.state.transitions import Facts, opening_work, put_model
+from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.errors import InputError
 
 from .app_states import (

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rnnpb_explorer.app import intents as do
-from rnnpb_explorer.app.panels.explore import ExplorePanel
-from rnnpb_explorer.app.panels.readout import readout
-from rnnpb_explorer.app.slices import landscape_slice
-from rnnpb_explorer.app.state import AppState, initial_state
-from rnnpb_explorer.app.transitions import Facts, opening_work
-from rnnpb_explorer.app.update import update
+from rnnpb_explorer.app.page.panels.explore import ExplorePanel
+from rnnpb_explorer.app.page.panels.readout import readout
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import AppState, initial_state
+from rnnpb_explorer.app.state.slices import landscape_slice
+from rnnpb_explorer.app.state.transitions import Facts, opening_work
+from rnnpb_explorer.app.state.update import update
 
 from .app_states import (
     after,

@@ -9,7 +9,7 @@ from queue import Empty, Queue
 
 import pytest
 
-from rnnpb_explorer.app.worker import Lane
+from rnnpb_explorer.app.engine.worker import Lane
 from rnnpb_explorer.core.errors import Cancelled, InputError
 
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import torch
 
+from rnnpb_explorer.app.commands import COMMANDS
+from rnnpb_explorer.app.commands.command import Command
+from rnnpb_explorer.app.commands.main import main as run_command
 from rnnpb_explorer.core import InputError, read_motion, save_checkpoint
-from rnnpb_explorer.core.cli import main as run_command
-from rnnpb_explorer.core.commands import COMMANDS
-from rnnpb_explorer.core.commands.command import Command
 
 from .cli_harness import Rnnpb
 
-RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.rnnpb")
+RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot")
 
 
 # How it answers
@@ -58,7 +58,7 @@ def test_bad_calls_end_in_one_line(rnnpb: Rnnpb, flags: list[str], words: str) -
 
 def test_bad_flags_are_found_before_torch_is_imported() -> None:
     code = (
-        "import sys; from rnnpb_explorer.app.rnnpb import main;"
+        "import sys; from rnnpb_explorer.app.commands.screenshot import main;"
         "codes = [main(['--help']), main(['train', '--data', 'd', '--epochs', '0'])];"
         "sys.exit(codes != [0, 2] or 'torch' in sys.modules)"
     )

@@ -18,9 +18,9 @@ from rnnpb_explorer.core import (
     save_checkpoint,
     write_motion,
 )
-from rnnpb_explorer.core.figures.landscapes import draw_landscape
 from rnnpb_explorer.core.latent_map import LatentMap, spread
 from rnnpb_explorer.core.model import ModelConfig, ModelInfo
+from rnnpb_explorer.core.paper.figures.landscapes import draw_landscape
 
 from .cli_harness import Rnnpb
 

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rnnpb_explorer.app.boards.drawing import (
+from rnnpb_explorer.app.page.boards.drawing import (
     Board,
     PlotFrame,
     RecognitionPath,
@@ -19,9 +19,9 @@ from rnnpb_explorer.app.boards.drawing import (
     map_frame,
     style_points,
 )
-from rnnpb_explorer.app.boards.labels import Label, place_labels
-from rnnpb_explorer.app.boards.masks import text_sprite, text_width
-from rnnpb_explorer.app.boards.palette import (
+from rnnpb_explorer.app.page.boards.labels import Label, place_labels
+from rnnpb_explorer.app.page.boards.masks import text_sprite, text_width
+from rnnpb_explorer.app.page.boards.palette import (
     PATH_ENDS,
     PATH_STRONG,
     SAMPLE,
@@ -30,8 +30,8 @@ from rnnpb_explorer.app.boards.palette import (
     WARNING,
     correlation_colors,
 )
-from rnnpb_explorer.app.boards.plot import Area, area_of, nice_ticks
-from rnnpb_explorer.core.landscape import Landscape, landscape_stages
+from rnnpb_explorer.app.page.boards.plot import Area, area_of, nice_ticks
+from rnnpb_explorer.core.correlation import Landscape, landscape_stages
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import RNNPB
 

@@ -10,6 +10,7 @@ import torch
 from matplotlib.collections import PathCollection, QuadMesh
 from PIL import Image
 
+from rnnpb_explorer.app.commands.figures import _load
 from rnnpb_explorer.core import (
     RNNPB,
     RecognitionConfig,
@@ -19,14 +20,13 @@ from rnnpb_explorer.core import (
     recognize,
     save_checkpoint,
 )
-from rnnpb_explorer.core.commands.figures import _load
-from rnnpb_explorer.core.figures.components import SAMPLES, components_figure
-from rnnpb_explorer.core.figures.densities import densities_figure
-from rnnpb_explorer.core.figures.landscapes import landscapes_figure
-from rnnpb_explorer.core.figures.recognition import iterations_figure, paths_figure
-from rnnpb_explorer.core.figures.style import write_figure
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import ModelConfig
+from rnnpb_explorer.core.paper.figures.components import SAMPLES, components_figure
+from rnnpb_explorer.core.paper.figures.densities import densities_figure
+from rnnpb_explorer.core.paper.figures.landscapes import landscapes_figure
+from rnnpb_explorer.core.paper.figures.recognition import iterations_figure, paths_figure
+from rnnpb_explorer.core.paper.figures.style import write_figure
 
 from .cli_harness import Rnnpb
 

@@ -10,9 +10,7 @@ import scipy.stats
 import torch
 from numpy.typing import NDArray
 
-from rnnpb_explorer.core.data import Dataset
-from rnnpb_explorer.core.errors import Cancelled, InputError
-from rnnpb_explorer.core.landscape import (
+from rnnpb_explorer.core.correlation import (
     Landscape,
     landscape,
     landscape_stages,
@@ -20,6 +18,8 @@ from rnnpb_explorer.core.landscape import (
     plane,
     unit_directions,
 )
+from rnnpb_explorer.core.data import Dataset
+from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import RNNPB
 

@@ -66,11 +66,11 @@ def test_all_layers_were_looked_at() -> None:
         ("from viser import ViserServer", "core/a/b.py", ["viser.ViserServer"]),
         ("from ..robot.pepper import X", "core/model.py", ["rnnpb_explorer.robot.pepper.X"]),
         ("from .. import app", "robot/view.py", ["rnnpb_explorer.app"]),
-        ("from ...robot import x", "core/commands/info.py", ["rnnpb_explorer.robot.x"]),
+        ("from ...robot import x", "core/paper/figures.py", ["rnnpb_explorer.robot.x"]),
         ("def f():\n    import rnnpb_explorer.app", "core/m.py", ["rnnpb_explorer.app"]),
         ("importlib.import_module('viser')", "core/m.py", ["viser"]),
         ("import viser", "robot/view.py", []),
-        ("from ..core import model\nimport viser", "app/session.py", []),
+        ("from ...core import model\nimport viser", "app/page/session.py", []),
         ("from .landscape import landscape\nfrom . import app", "core/m.py", []),
     ],
 )

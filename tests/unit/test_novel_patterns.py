@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rnnpb_explorer.core import Dataset, InputError, Motion
-from rnnpb_explorer.core.novel_patterns import SOURCES, novel_patterns
+from rnnpb_explorer.core.paper.novel_patterns import SOURCES, novel_patterns
 
 JOINTS = tuple("abcdefg")
 

@@ -140,7 +140,7 @@ def test_a_run_goes_on_elsewhere(
                 raise KeyboardInterrupt
 
     monkeypatch.setattr(Trainer, "run", interrupted)
-    monkeypatch.setattr("rnnpb_explorer.core.commands.train.SAVE_EVERY", 0.0)
+    monkeypatch.setattr("rnnpb_explorer.app.commands.train.SAVE_EVERY", 0.0)
     assert rnnpb(*TRAIN, "--out", "C.pt").code == 130
     monkeypatch.setattr(Trainer, "run", run)
     request.getfixturevalue("elsewhere")

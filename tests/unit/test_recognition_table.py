@@ -20,9 +20,9 @@ from rnnpb_explorer.core import (
     save_checkpoint,
     write_motion,
 )
-from rnnpb_explorer.core.novel_patterns import SOURCES, novel_patterns
+from rnnpb_explorer.core.paper.novel_patterns import SOURCES, novel_patterns
+from rnnpb_explorer.core.paper.recognition_table import Spread, recognition_row
 from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
-from rnnpb_explorer.core.recognition_table import Spread, recognition_row
 
 from .cli_harness import Rnnpb
 

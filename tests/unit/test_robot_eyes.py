@@ -9,11 +9,7 @@ import pytest
 
 from rnnpb_explorer.core.data import EYE_COLUMNS, Dataset
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.robot.eyes import (
-    load_eyes,
-    load_rebl_pepper_eyes,
-    parse_eye_colors,
-)
+from rnnpb_explorer.robot.eyes import load_eyes, load_rebl_pepper_eyes, parse_eye_colors
 
 
 def _csv(columns: tuple[str, ...], rows: list[list[float]]) -> bytes:

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 import viser
 
-from rnnpb_explorer.app.studio import FLOOR_OPAQUE, FLOOR_RADIUS, floor_glb, setup_stage
+from rnnpb_explorer.app.page.studio import FLOOR_OPAQUE, FLOOR_RADIUS, floor_glb, setup_stage
 from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, rotation_matrices

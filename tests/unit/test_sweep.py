@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 import torch
 
+from rnnpb_explorer.app.commands.tables import sweep_table
 from rnnpb_explorer.core import load_checkpoint, load_dataset
-from rnnpb_explorer.core.commands.tables import sweep_table
-from rnnpb_explorer.core.sweep import Cell, Result, Sweep, attempt, grid
-from rnnpb_explorer.core.sweep_table import table
+from rnnpb_explorer.core.paper.sweep import Cell, Result, Sweep, attempt, grid
+from rnnpb_explorer.core.paper.sweep_table import table
 from rnnpb_explorer.core.training import Trainer, TrainingProgress
 
 from .cli_harness import Outcome, Rnnpb
@@ -143,7 +143,7 @@ def test_a_worker_without_the_folder_hands_the_cell_on(
     def elsewhere(sweep: Sweep, cell: Cell) -> object:
         return attempt(replace(sweep, folder=Path("elsewhere")), cell)
 
-    monkeypatch.setattr("rnnpb_explorer.core.commands.sweep.attempt", elsewhere)
+    monkeypatch.setattr("rnnpb_explorer.app.commands.sweep.attempt", elsewhere)
     outcome = swept(rnnpb, *flags, "--out", "handed")
     assert "1 run now" in outcome.out
     names = ["zero-D2-seed0.json", "zero-D2-seed0.pt"]
@@ -265,7 +265,7 @@ def test_ctrl_c_in_a_terminal(rnnpb: Rnnpb) -> None:
     command = ("sweep", *SMALL, "--out", "cells", *many)
     shown = b""
     with subprocess.Popen(
-        [sys.executable, "-m", "rnnpb_explorer.app.rnnpb", *map(str, command)],
+        [sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot", *map(str, command)],
         stdin=other_end,
         stdout=other_end,
         stderr=other_end,
@@ -439,7 +439,7 @@ def test_no_cluster_at_this_address(
     rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch, address: str
 ) -> None:
     pytest.importorskip("distributed", reason="the extra `dask` is not installed")
-    monkeypatch.setattr("rnnpb_explorer.core.commands.parallel.CONNECT_SECONDS", 0.2)
+    monkeypatch.setattr("rnnpb_explorer.app.commands.parallel.CONNECT_SECONDS", 0.2)
     flags = ("sweep", *SMALL, "--out", "cells", "--backend", "dask", "--scheduler", address)
     assert f"--scheduler {address}: no Dask cluster could be reached" in rnnpb.refuses(*flags)
 
@@ -455,7 +455,7 @@ def test_a_backend_that_is_not_installed(
 
 def test_other_commands_do_not_wait_for_it(rnnpb: Rnnpb) -> None:
     code = (
-        "import sys; from rnnpb_explorer.app.rnnpb import main;"
+        "import sys; from rnnpb_explorer.app.commands.screenshot import main;"
         "slow = {'torch', 'joblib', 'dask', 'distributed', 'ray'};"
         "bad = main(['sweep', '--data', 'd', '--out', 'o', '--seeds', '0']);"
         "early = slow & set(sys.modules);"

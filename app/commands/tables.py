@@ -1,0 +1,136 @@
+"""Tables of results: for people on stdout, for programs as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from ...core.files import replacing
+from ...core.paper.sweep_table import Entry
+
+Row = dict[str, Any]  # of a table, as JSON has it
+PIPE_WIDTH = 140  # columns where stdout is no terminal
+FIRST_WIDTH, ENTRY_WIDTH = 17, 13  # of the columns of a sweep's table, borders included
+
+
+def print_table(table: Table) -> None:
+    """Print the table; whoever closes the pipe is met as for every other output."""
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    with console.capture() as text:
+        console.print(table)
+    print(text.get(), end="")
+
+
+def write_json(path: str | os.PathLike[str], value: Any) -> None:
+    """Write JSON; an existing file is replaced whole or not at all."""
+    text = json.dumps(value, ensure_ascii=False, indent=2, allow_nan=False)
+    with replacing(path) as beside:
+        beside.write_text(text + "\n", encoding="utf-8")
+
+
+def reconstruction_table(rows: Sequence[Row]) -> Table:
+    """Table I for these checkpoints."""
+    first = rows[0]
+    table = _table(
+        "Reconstruction loss (Table I): mean (sd) of the squared error, averaged over frames and "
+        f"joints, of {first['motions']} motions x {first['samples']} samples",
+        ("sampled", "at sigma = 0"),
+    )
+    for row in rows:
+        table.add_row(*_facts(row), _spread(row), f"{row['at_sigma_0']:.6f}")
+    return table
+
+
+def recognition_tables(rows: Sequence[Row]) -> list[Table]:
+    """Table II for these checkpoints: reconstruction loss, then prediction error."""
+    first = rows[0]
+    trials = first["trials"]
+    runs = f"{first['patterns']} novel patterns x {trials} trials"
+    columns = ("last iterate", "best iterate", f"best of {trials} trials")
+    tables = []
+    for name in ("reconstruction_loss", "prediction_error"):
+        title = name.replace("_", " ").capitalize()
+        table = _table(f"{title} of {runs} (Table II): mean (sd)", ("warm start", *columns))
+        for row in rows:
+            spreads = (row[name][way] for way in ("last_iterate", "best_iterate", "best_of_trials"))
+            table.add_row(*_facts(row), row["warm_start"], *map(_spread, spreads))
+        tables.append(table)
+    return tables
+
+
+def structure_table(rows: Sequence[Row]) -> Table:
+    """The latent spaces of these checkpoints, one beside the other."""
+    table = _table(
+        "Latent space: standard deviation of the learned mu, mean sigma, and landscapes of every "
+        "third motion, mean / area / roughness",
+        ("sd of mu", "sigma", "window ±1", "window ±0.7 sd"),
+    )
+    for row in rows:
+        windows = (row["landscapes"][window] for window in ("absolute", "sd"))
+        table.add_row(
+            *_facts(row),
+            f"{row['mu_sd']:.2f}",
+            f"{row['sigma']:.3f}",
+            *(f"{w['mean']:.3f} / {w['area']:.3f} / {w['roughness']:.4f}" for w in windows),
+        )
+    return table
+
+
+def sweep_table(
+    entries: Sequence[Entry], seeds: int, motions: int, samples: int, width: float = math.inf
+) -> Table:
+    """Table I of a sweep: conditions down, D_PB across; turned where that is too wide."""
+    over = f"mean over {seeds} seeds (sd over seeds)" if seeds > 1 else "mean (sd)"
+    made = Table(
+        title=f"Reconstruction loss (Table I): {over} of the squared error, averaged over frames "
+        f"and joints, of {motions} motions x {samples} samples",
+        show_lines=True,
+    )
+    words = {(entry.condition, str(entry.pb_dim)): _entry(entry, seeds) for entry in entries}
+    rows, columns = (list(dict.fromkeys(names)) for names in zip(*words, strict=True))
+    first = "D_PB"
+    if FIRST_WIDTH + len(columns) * ENTRY_WIDTH > width:
+        words = {(pb_dim, condition): text for (condition, pb_dim), text in words.items()}
+        rows, columns = columns, rows
+    for name in (first, *columns):
+        made.add_column(name, justify="left" if name is first else "right")
+    for row in rows:
+        made.add_row(row, *(words[row, column] for column in columns))
+    return made
+
+
+def _entry(entry: Entry, seeds: int) -> str:
+    """An entry as the table shows it: several lines keep its column narrow."""
+    if entry.mean is None:
+        return "failed" if entry.failed else "missing"
+    if seeds == 1:
+        return f"{entry.mean:.6f}\n({entry.sd:.6f})"
+    sd = "-" if entry.sd_over_seeds is None else f"{entry.sd_over_seeds:.6f}"
+    absent = "" if len(entry.finished) == seeds else f"\n{len(entry.finished)} of {seeds} seeds"
+    return f"{entry.mean:.6f}\n({sd}){absent}"
+
+
+def _table(title: str, columns: Sequence[str]) -> Table:
+    table = Table(title=title)
+    for name in ("checkpoint", "behavior", "beta", "D_PB", *columns):
+        words = name in ("checkpoint", "behavior", "warm start")
+        table.add_column(name, justify="left" if words else "right")
+    return table
+
+
+def _facts(row: Row) -> tuple[str, ...]:
+    beta = "-" if row["beta"] is None else f"{row['beta']:g}"
+    name = "/".join(Path(row["checkpoint"]).parts[-2:])  # every published one is a model.tar
+    return name, row["behavior"], beta, str(row["pb_dim"])
+
+
+def _spread(values: Row) -> str:
+    return f"{values['mean']:.6f} ({values['sd']:.6f})"

@@ -1,0 +1,1 @@
+"""Computes for all pages."""

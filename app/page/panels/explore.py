@@ -1,0 +1,179 @@
+"""The Explore panel: which model, which motion, and one mu and one sigma slider a dimension."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from ...state import intents as do
+from ...state.document import AppState, ModelFacts
+from ...state.on_latent import MAX_MU
+from .bound import Bound, on_click
+
+Send = Callable[[do.Intent], None]
+
+PAGE = 8  # dimensions shown at a time; a model may have 128
+STEPS = 500  # of a slider from zero to its end
+
+
+class ExplorePanel:
+    """Everything that moves the latent by numbers instead of by hand."""
+
+    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
+        self._gui, self._facts, self._send = gui, facts, send
+        self._active = 0  # the model whose motions are in the list
+        self._model = (
+            Bound(gui.add_dropdown("Model", [one.name for one in facts]), self._choose_model)
+            if len(facts) > 1
+            else None
+        )
+        self._motion = Bound(
+            gui.add_dropdown("Motion", facts[0].motions, hint="μ and σ jump to what was learnt"),
+            self._choose_motion,
+        )
+        self._buttons()
+        self._sliders = gui.add_folder("Parametric bias: N(μ, σ²)")
+        self._note = gui.add_markdown("")
+        self._mu: list[Bound] = []
+        self._sigma: list[Bound] = []
+        self._page: Bound | None = None
+        self._built: tuple[int, int] | None = None  # model and page that the sliders belong to
+        self._first = 0  # dimension of the first slider
+
+    def _buttons(self) -> None:
+        group = self._gui.add_button_group(
+            "Go to", ("Reset", "Random", "Undo"), hint="learned μ, σ of the motion; a random μ"
+        )
+        noise = self._gui.add_button_group(
+            "Noise ε", ("New", "None"), hint="PB = μ + σ·ε: another sample, or μ itself"
+        )
+        actions: dict[str, do.Intent] = {
+            "Reset": do.ResetLatent(),
+            "Random": do.RandomiseLatent(),
+            "Undo": do.Undo(),
+        }
+        on_click(group, lambda: self._send(actions[group.value]))
+        on_click(
+            noise, lambda: self._send(do.NewNoise() if noise.value == "New" else do.ClearNoise())
+        )
+
+    def _choose_model(self, name: str) -> None:
+        names = [one.name for one in self._facts]
+        self._send(do.SelectModel(names.index(name)))
+
+    def _choose_motion(self, name: str) -> None:
+        motions = self._facts[self._active].motions
+        if name in motions:
+            self._send(do.SelectMotion(motions.index(name)))
+
+    def _choose_page(self, label: str) -> None:
+        self._first = int(label.split("–")[0]) - 1
+
+    def show(self, state: AppState) -> None:
+        self._active = state.active
+        facts = self._facts[state.active]
+        if self._built is None or self._built[0] != state.active:
+            self._first = 0
+            self._motion.offer(facts.motions)
+        if self._built != (state.active, self._first):
+            self._build_sliders(facts)
+            self._built = (state.active, self._first)
+        if self._model is not None:
+            self._model.show(facts.name)
+        latent = state.current.latent
+        self._motion.show(facts.motions[latent.motion])
+        for bound, value in zip(self._mu, latent.mu[self._first :], strict=False):
+            _show_slider(bound, float(value))
+        for bound, value in zip(self._sigma, latent.sigma[self._first :], strict=False):
+            _show_slider(bound, float(value))
+        self._show_note(state, facts)
+
+    def _build_sliders(self, facts: ModelFacts) -> None:
+        for bound in [*self._mu, *self._sigma, *([self._page] if self._page else [])]:
+            bound.handle.remove()
+        self._page = None
+        dims = range(self._first, min(self._first + PAGE, facts.pb_dim))
+        mu_end = _round_up(1.5 * float(abs(facts.mu).max()))
+        sigma_end = max(1.0, _round_up(1.5 * float(facts.sigma.max())))
+        with self._sliders:
+            if facts.pb_dim > PAGE:
+                starts = range(0, facts.pb_dim, PAGE)
+                pages = [f"{s + 1}–{min(s + PAGE, facts.pb_dim)}" for s in starts]
+                self._page = Bound(
+                    self._gui.add_dropdown(
+                        "Dimensions", pages, initial_value=pages[self._first // PAGE]
+                    ),
+                    self._choose_page,
+                )
+            self._mu = [
+                Bound(
+                    self._gui.add_slider(
+                        f"μ {dim + 1}", -mu_end, mu_end, _step(mu_end), 0.0, hint="mean of the PB"
+                    ),
+                    partial(self._set_mu, dim),
+                )
+                for dim in dims
+            ]
+            self._sigma = [
+                Bound(
+                    self._gui.add_slider(
+                        f"σ {dim + 1}", 0.0, sigma_end, _step(sigma_end), 0.0, hint="its spread"
+                    ),
+                    partial(self._set_sigma, dim),
+                )
+                for dim in dims
+                if facts.stochastic
+            ]
+
+    def _set_mu(self, dim: int, value: float) -> None:
+        self._send(do.SetMu(dim, value))
+
+    def _set_sigma(self, dim: int, value: float) -> None:
+        self._send(do.SetSigma(dim, value))
+
+    def _show_note(self, state: AppState, facts: ModelFacts) -> None:
+        latent = state.current.latent
+        beyond = facts.latent_map.extrapolation(latent.mu)
+        lines = []
+        if not facts.stochastic:
+            lines.append("*Deterministic model: PB = μ, there is no σ.*")
+        elif not latent.epsilon.any():
+            lines.append("ε = 0: the motion at μ itself.")
+        else:
+            noise = ", ".join(f"{value:+.2f}" for value in latent.epsilon[:PAGE])
+            lines.append(f"ε = ({noise}{', …' if facts.pb_dim > PAGE else ''})")
+        if beyond > 1:
+            lines.append(
+                f"**Extrapolating**: {beyond:.1f}× farther from everything learnt than learnt "
+                "motions lie from each other."
+            )
+        content = "\n\n".join(lines)
+        if self._note.content != content:
+            self._note.content = content
+
+
+def _step(end: float) -> float:
+    """A power of ten, so that the number beside the slider has few digits."""
+    step: float = 10.0 ** math.floor(math.log10(end / STEPS))
+    return step
+
+
+def _round_up(value: float) -> float:
+    """To one significant digit and a half, so that a slider ends at a round number."""
+    if value <= 0:
+        return 1.0
+    unit: float = 10.0 ** math.floor(math.log10(value)) / 2
+    return round(math.ceil(value / unit) * unit, 12)  # 0.85, not 0.8500000000000001
+
+
+def _show_slider(bound: Bound, value: float) -> None:
+    """viser does not clamp what it is given: widen the slider for a value beyond its end."""
+    handle = bound.handle
+    if value > handle.max:
+        handle.max = min(_round_up(value), MAX_MU)
+    if value < handle.min:
+        handle.min = -min(_round_up(-value), MAX_MU)
+    bound.show(min(max(value, handle.min), handle.max))

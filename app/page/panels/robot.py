@@ -1,0 +1,147 @@
+"""The Robot panel: is the motion safe, the limited one beside it, and a file for a real robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+
+import viser
+
+from ....robot.description import JointMatch, Robot, match_joints
+from ....robot.export import Format
+from ....robot.safety import Light
+from ...state import intents as do
+from ...state.document import AppState, CheckedMotion, ModelFacts
+from ..words import light_words, names_line, safety_lines
+from .bound import Bound, on_click
+from .text import TEXT_STYLE, text_lines, write
+
+Send = Callable[[do.Intent], None]
+
+FORMAT_LABELS: dict[str, Format] = {"CSV": "csv", "JSON": "json", "NAOqi script": "naoqi"}
+LIGHTS: dict[Light, str] = {"green": "#2f9e44", "amber": "#f08c00", "red": "#e03131"}
+MOST_WARNINGS = 3
+INSISTED = (
+    "The file will hold the motion as generated, limits or not. A real robot may stop, "
+    "overheat or hurt somebody."
+)
+
+
+class SafetyLight:
+    """One line that is always in view."""
+
+    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], robot: Robot) -> None:
+        self._missing = [len(match_joints(robot, one.joints).missing) for one in facts]
+        self._html = gui.add_html("")
+        self._shown: CheckedMotion | None = None
+
+    def show(self, state: AppState) -> None:
+        checked = state.current.checked
+        if checked is None or checked is self._shown:
+            return
+        self._shown = checked
+        words = light_words(checked.report)
+        missing = self._missing[state.active]
+        if missing:
+            words += f"; {missing} not on it"
+        write(self._html, _light(LIGHTS[checked.report.light], words))
+
+
+class RobotPanel:
+    """Safety, export, and how the joints of model and robot go together."""
+
+    def __init__(
+        self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], robot: Robot, send: Send
+    ) -> None:
+        self._facts, self._robot = facts, robot
+        self._matches = [match_joints(robot, one.joints) for one in facts]
+        with gui.add_folder("Safety"):
+            self._report = gui.add_html("")
+            self._side_by_side = Bound(
+                gui.add_checkbox(
+                    "Side by side", False, hint="a second robot moves within the limits"
+                ),
+                lambda value: send(do.SetSideBySide(value)),
+            )
+        with gui.add_folder("Export"):
+            self._format = Bound(
+                gui.add_dropdown("Format", list(FORMAT_LABELS)),
+                lambda label: send(do.SetExportOption("file_format", FORMAT_LABELS[label])),
+            )
+            self._safe = Bound(
+                gui.add_checkbox(
+                    "Safe posture", False, hint="start from it and return to it, slowly"
+                ),
+                lambda value: send(do.SetExportOption("safe_posture", value)),
+            )
+            self._beyond = Bound(
+                gui.add_checkbox(
+                    "Beyond limits", False, hint="export the motion as it was generated"
+                ),
+                lambda value: send(do.SetExportOption("beyond_limits", value)),
+            )
+            self._note = gui.add_html("")
+            export = gui.add_button("Export the motion", icon=viser.Icon.DOWNLOAD)
+            on_click(export, lambda: send(do.ExportMotion()))
+            self._written = gui.add_html("")
+        with gui.add_folder("Joints"):
+            self._joints = gui.add_html("")
+        self._shown: tuple[object, ...] = ()
+
+    def show(self, state: AppState) -> None:
+        self._side_by_side.show(state.side_by_side)
+        export = state.export
+        label = next(label for label, known in FORMAT_LABELS.items() if known == export.file_format)
+        self._format.show(label)
+        self._safe.show(export.safe_posture)
+        self._beyond.show(export.beyond_limits)
+        what = (state.current.checked, export, state.active)
+        if what == self._shown:  # thirty times a second
+            return
+        self._shown = what
+        write(self._report, report_html(state))
+        write(self._note, note_html(state))
+        write(self._written, text_lines(export.written))
+        facts = self._facts[state.active]
+        lines = joint_lines(self._robot, facts, self._matches[state.active])
+        write(self._joints, text_lines(*lines))
+
+
+def report_html(state: AppState) -> str:
+    """The light, and what is wrong in short lines."""
+    checked = state.current.checked
+    if checked is None:
+        return ""
+    report = checked.report
+    return _light(LIGHTS[report.light], light_words(report)) + text_lines(*safety_lines(report))
+
+
+def note_html(state: AppState) -> str:
+    """What the export will do to the motion."""
+    checked, export = state.current.checked, state.export
+    if checked is None:
+        return ""
+    if export.beyond_limits:
+        return _light(LIGHTS["red"], INSISTED)
+    joints = checked.report.joints
+    if not joints:
+        return text_lines("The motion is within the limits; it is exported as it is.")
+    return text_lines(f"Limited in the file: {names_line(joints)}.")
+
+
+def joint_lines(robot: Robot, facts: ModelFacts, match: JointMatch) -> list[str]:
+    """How the joints of a model and a robot go together; what does not is named."""
+    lines = [f"{robot.name}: {len(match.columns)} of the {len(facts.joints)} joints of the model."]
+    if match.missing:
+        lines.append(f"Not on this robot, so not seen: {names_line(match.missing)}.")
+    if match.unmoved:
+        lines.append(f"Not moved by the model: {names_line(match.unmoved)}.")
+    return lines + list(robot.warnings[:MOST_WARNINGS])
+
+
+def _light(color: str, words: str) -> str:
+    dot = f"width:0.9em;height:0.9em;border-radius:50%;flex:none;background:{color}"
+    return (
+        f'<div style="{TEXT_STYLE};display:flex;align-items:center;gap:0.6em">'
+        f'<span style="{dot}"></span><span>{escape(words)}</span></div>'
+    )

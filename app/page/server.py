@@ -1,0 +1,296 @@
+"""The server: loads the models once, and opens a session for every browser that comes."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import logging
+import socket
+import threading
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import viser
+
+from ...core.checkpoint import load_checkpoint
+from ...core.data import Dataset, load_dataset
+from ...core.device import choose_device
+from ...core.errors import InputError
+from ...core.latent_map import LatentMap
+from ...core.model import RNNPB, UNKNOWN_LENGTH
+from ...robot.description import Robot, load_robot, match_joints
+from ...robot.eyes import load_eyes
+from ..engine.compute import Computations
+from ..state.document import AppState, EyeTrack, ModelFacts, initial_state
+from ..state.statecode import decode
+from .session import Kept, Session
+
+MAX_MODELS = 4
+MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
+MAX_KEPT = 64  # screens of pages that have gone and may come back
+STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
+FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
+TOKEN_KEY = "browser"
+MAX_TOKEN = 64  # characters; the browser says it, so it may say anything
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ServerOptions:
+    """What the command line decides."""
+
+    checkpoints: tuple[str, ...] = ("strong.pt",)
+    host: str = "127.0.0.1"
+    port: int = 8080  # 0: any free one
+    robot: str = "pepper"
+    data: str | None = None
+    device: str = "auto"
+    seed: int = 0
+    motion: str | None = None  # to open with, of the first model
+    frame: int | None = None  # to open at, paused
+    state_code: str | None = None
+
+
+class App:
+    """The running server."""
+
+    def __init__(self, options: ServerOptions) -> None:
+        models = load_models(options)
+        self.robot = load_robot(options.robot)
+        self.facts = describe_models(models, options)
+        for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
+            log.warning("%s", warning)
+        self._computations = Computations(models, self.robot)
+        self._opening = opening_state(self.facts, models[0], options)
+        self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
+        self._lock = threading.Lock()
+        self.sessions: dict[int, Session] = {}
+        self._server = serve(options)
+        self._server.on_client_connect(self._connected)
+        self._server.on_client_disconnect(self._disconnected)
+        self.url = f"http://{_url_host(options.host)}:{self._server.get_port()}"
+
+    def stop(self) -> None:
+        """End every session and the server."""
+        with self._lock:
+            sessions = list(self.sessions.values())
+            self.sessions.clear()
+        for session in sessions:
+            session.close()
+        for session in sessions:
+            session.join(STOP_SECONDS)
+        with contextlib.redirect_stdout(io.StringIO()):  # viser says so in a line of its own
+            self._server.stop()
+
+    # viser runs these two on threads of its own.
+    def _connected(self, client: viser.ClientHandle) -> None:
+        token = browser_token(client)
+        with self._lock:
+            full = len(self.sessions) >= MAX_SESSIONS
+            if not full:
+                self.sessions[client.client_id] = Session(
+                    client,
+                    token,
+                    self.facts,
+                    self._computations,
+                    self.robot,
+                    self._opening,
+                    self._take(token),
+                )
+        if full:
+            log.warning("a browser was refused: there are %d pages", MAX_SESSIONS)
+            client.gui.add_markdown(FULL.format(MAX_SESSIONS))
+        if client.client_id not in self._server.get_clients():
+            self._disconnected(client)  # it went before there was a session to close
+
+    def _disconnected(self, client: viser.ClientHandle) -> None:
+        with self._lock:
+            session = self.sessions.pop(client.client_id, None)
+            if session is None:
+                return
+            kept = session.kept
+            if kept is not None:
+                self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
+        session.close()
+
+    def _take(self, browser: str) -> Kept | None:
+        """What the newest page that this browser closed had on its screen.
+
+        A page that is reloaded has just been closed, whatever other pages its browser has open.
+        Where none was closed, a new page begins with what the newest open one shows.
+        """
+        for index in reversed(range(len(self._kept))):
+            if self._kept[index][0] == browser:
+                return self._kept.pop(index)[1]
+        shown = [page.kept for page in self.sessions.values() if page.browser == browser]
+        return shown[-1] if shown else None
+
+
+def start(options: ServerOptions) -> App:
+    """Load everything and serve.
+
+    Raises:
+        InputError: a checkpoint, robot, data, motion or port that cannot be had.
+    """
+    return App(options)
+
+
+def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
+    if not 1 <= len(options.checkpoints) <= MAX_MODELS:
+        raise InputError(f"from 1 to {MAX_MODELS} checkpoints, got {len(options.checkpoints)}")
+    device = choose_device(options.device)
+    return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
+
+
+def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
+    dataset = None if options.data is None else load_dataset(options.data)
+    eyes = {} if options.data is None else eye_tracks(options.data)
+    names = model_names(options.checkpoints)
+    return tuple(_describe(m, name, dataset, eyes) for m, name in zip(models, names, strict=True))
+
+
+def eye_tracks(data: str) -> dict[str, EyeTrack]:
+    """The eye colours in the data; motions are as good without."""
+    try:
+        return load_eyes(data)
+    except InputError as error:
+        log.warning("no eye colours: %s", error)
+        return {}
+
+
+def model_names(checkpoints: tuple[str, ...]) -> list[str]:
+    """Short names: the file's, or its folder's for a published `model.tar`; numbered if equal."""
+    paths = [Path(path) for path in checkpoints]
+    names = [
+        path.parent.name if path.name == "model.tar" and path.parent.name else path.stem
+        for path in paths
+    ]
+    if len(set(names)) < len(names):
+        names = [f"{name} ({i})" for i, name in enumerate(names, 1)]
+    return names
+
+
+def _describe(
+    model: RNNPB, name: str, dataset: Dataset | None, eyes: dict[str, EyeTrack]
+) -> ModelFacts:
+    info, count = model.info, model.config.num_motions
+    mu = model.mu.detach().cpu().numpy().astype(np.float64)
+    data = {} if dataset is None else {motion.name: motion for motion in dataset.motions}
+    names, lengths, labels = info.motions, info.lengths, info.labels
+    if not names and dataset is not None:
+        if len(dataset.motions) != count or dataset.joints != info.joints:
+            raise InputError(
+                f"the data has {len(dataset.motions)} motions, {name} has learnt {count}"
+            )
+        names = tuple(motion.name for motion in dataset.motions)
+        lengths = tuple(len(motion) for motion in dataset.motions)
+        labels = dataset.labels
+    names = names or tuple(f"motion {i}" for i in range(count))
+    matching = [data.get(motion) for motion in names]
+    return ModelFacts(
+        name=name,
+        mu=mu,
+        sigma=model.sigma.detach().cpu().numpy().astype(np.float64),
+        stochastic=model.stochastic,
+        beta=model.config.beta,
+        joints=info.joints,
+        fps=info.fps,
+        motions=names,
+        lengths=lengths or (UNKNOWN_LENGTH,) * count,
+        labels=labels,
+        latent_map=LatentMap.fit(mu),
+        data=tuple(m if m is not None and m.joints == info.joints else None for m in matching),
+        eyes=tuple(map(eyes.get, names)) if eyes else (),
+    )
+
+
+def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOptions) -> AppState:
+    motion = liveliest(facts[0])
+    if options.motion is not None:
+        names = facts[0].motions
+        motion = (
+            names.index(options.motion)
+            if options.motion in names
+            else model.motion_index(options.motion)
+        )
+    state = initial_state(facts, options.seed, motion)
+    if options.state_code is not None:
+        state = decode(facts, state, options.state_code)
+        if state.use_target:
+            log.warning("the state code was made with an uploaded motion, which it does not hold")
+    if options.frame is not None:
+        last = facts[0].lengths[state.models[0].latent.motion] - 1
+        if not 0 <= options.frame <= last:
+            raise InputError(f"frame {options.frame} is not within 0 to {last}")
+        playback = replace(state.playback, playing=False, phase=options.frame / max(last, 1))
+        state = replace(state, playback=playback)
+    return state
+
+
+def liveliest(facts: ModelFacts) -> int:
+    """The motion to open with: the one of the highest arousal, or the first where none is rated."""
+    labels = [facts.labels.get(name) for name in facts.motions]
+    ratings = [label.arousal or 0.0 if label is not None else 0.0 for label in labels]
+    return ratings.index(max(ratings))
+
+
+def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:
+    """One line a model that moves joints which the robot lacks."""
+    lines = []
+    for one in facts:
+        missing = match_joints(robot, one.joints).missing
+        if missing:
+            lines.append(f"{robot.name} lacks joints that {one.name} moves: {', '.join(missing)}")
+    return lines
+
+
+def serve(options: ServerOptions) -> viser.ViserServer:
+    """The bare viser server on the wanted port.
+
+    Raises:
+        InputError: the port is taken.
+    """
+    _claim(options.host, options.port)
+    # A browser that goes while its session writes is no news.
+    warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
+        server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+    # Filtering an environment map blocks a browser without a GPU for many seconds.
+    server.scene.configure_environment_map(None)
+    server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
+    return server
+
+
+def _claim(host: str, port: int) -> None:
+    """viser takes the next free port without a word; the one asked for must be free."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            taken = error.errno in (errno.EADDRINUSE, errno.EACCES)
+            advice = "choose another --port (0: any)" if taken else "--host is no address of here"
+            raise InputError(
+                f"cannot serve on {host}:{port}: {error.strerror}; {advice}"
+            ) from error
+
+
+def browser_token(client: viser.ClientHandle) -> str:
+    """A name that this browser keeps over reloads; a fresh one where it keeps nothing."""
+    fresh = f"{np.random.default_rng().integers(1 << 62):x}"
+    try:
+        known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
+        if known:
+            return known[:MAX_TOKEN]
+        client.local_storage.set_item(TOKEN_KEY, fresh)
+    except (RuntimeError, TimeoutError) as error:
+        log.info("no local storage in browser %s: %s", client.client_id, error)
+    return fresh
+
+
+def _url_host(host: str) -> str:
+    return "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host

@@ -1,0 +1,76 @@
+"""What the screen says of the state, in words that boards and panels share."""
+
+from __future__ import annotations
+
+from ...core.correlation import WINDOW_RADIUS
+from ...robot.export import Export
+from ...robot.safety import SafetyReport, Violation
+from ..state.document import AppState, ModelFacts
+
+MOST_LINES = 4  # of faults, or of joints
+MOST_NAMES = 6
+MOST_RUNS = 3  # of frames in a line
+
+
+def window_label(facts: ModelFacts, state: AppState) -> str:
+    if state.window == "absolute":
+        return "±1"
+    radius = WINDOW_RADIUS["sd"]
+    return f"±{radius} sd (±{radius * facts.mu_sd:.2f})"
+
+
+def target_label(facts: ModelFacts, state: AppState) -> str:
+    """What the motion and the landscape are compared with."""
+    target = state.recognition.target
+    if target is not None and state.use_target and target.joints == facts.joints:
+        return target.name
+    motion = state.current.latent.motion
+    if facts.data[motion] is not None:
+        return f"{facts.motions[motion]} (data)"
+    return f"{facts.motions[motion]} (own reconstruction, σ = 0)"
+
+
+def safety_lines(report: SafetyReport, most: int = MOST_LINES) -> list[str]:
+    """The joints that break limits, one line a joint and limit, the worst first."""
+    groups: dict[tuple[str, str], list[Violation]] = {}
+    for violation in report.violations:
+        groups.setdefault((violation.joint, violation.kind), []).append(violation)
+    lines = [f"{found[0].fault}, {_frames(found)}" for found in groups.values()]
+    rest = len(lines) - most
+    return lines if rest <= 0 else [*lines[:most], f"and {rest} more"]
+
+
+def _frames(found: list[Violation]) -> str:
+    runs = [one.span for one in sorted(found, key=lambda one: one.first)]
+    more = f" and {len(runs) - MOST_RUNS} more times" if len(runs) > MOST_RUNS else ""
+    word = "frame" if len(found) == 1 and found[0].first == found[0].last else "frames"
+    return f"{word} {', '.join(runs[:MOST_RUNS])}{more}"
+
+
+def light_words(report: SafetyReport) -> str:
+    """What the light says, for those who do not tell its colours apart."""
+    if report.light == "green":
+        return "within the robot's limits"
+    joints = {one.joint for one in report.violations if one.light == report.light}
+    how = "a little beyond" if report.light == "amber" else "far beyond"
+    return f"{len(joints)} joint{'s' if len(joints) > 1 else ''} {how} the limits"
+
+
+def names_line(names: tuple[str, ...]) -> str:
+    """Names with commas between, and how many more there are."""
+    rest = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def export_summary(file_name: str, export: Export, *, insisted: bool) -> str:
+    """One line on a file that was written."""
+    line = f"{file_name}: {len(export.motion)} frames"
+    if insisted:
+        beyond = "" if export.report.light == "green" else ", beyond the limits of the robot"
+        return f"{line}, as generated{beyond}"
+    if not export.changes:
+        return f"{line}, within the limits as generated"
+    worst = sorted(export.changes.items(), key=lambda item: -item[1])
+    joints = ", ".join(f"{joint} by up to {change:.3f}" for joint, change in worst[:MOST_LINES])
+    more = f" and {len(worst) - MOST_LINES} more" if len(worst) > MOST_LINES else ""
+    return f"{line}, limited: {joints}{more}"

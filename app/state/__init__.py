@@ -1,0 +1,1 @@
+"""What a person chose, what is computed from it, and how one follows the other. Pure."""

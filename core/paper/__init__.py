@@ -1,0 +1,1 @@
+"""What reproduces the publication: its tables, figures and patterns."""
