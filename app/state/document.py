@@ -61,7 +61,9 @@ class Latent(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ModelChoice(Struct, frozen=True, forbid_unknown_fields=True):
-    """Where one model stands."""
+    """Which model, and where it stands."""
+
+    name: Name
 
     latent: Latent
     # (D,) the landscape's middle: a learned mu, or where the puck left the window.
@@ -132,7 +134,8 @@ class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
 class Run(Struct, frozen=True, forbid_unknown_fields=True):
     """A recognition that somebody started; its iterations are computed from this.
 
-    While it is not settled, the model's latent follows its newest iterate.
+    While it is not settled the model's latent is its newest iterate; afterwards the best PB that was
+    sampled, the last iterate where it was cancelled, or the one that somebody looks at.
     """
 
     model: Count
@@ -140,6 +143,7 @@ class Run(Struct, frozen=True, forbid_unknown_fields=True):
     seed: Count
     done: Annotated[int, Meta(ge=0, le=MAX_ITERATIONS)] = 0  # iterations that were followed
     settled: bool = False  # it ended, or somebody ended it after `done` iterations
+    follows: bool = True  # the model's latent is what the run shows; a hand on it ends that
     trial: Annotated[int, Meta(ge=0, lt=MAX_TRIALS)] = 0  # the one that is drawn
     # The iteration scrubbed to; None where nobody has.
     shown: Annotated[int, Meta(ge=0, lt=MAX_ITERATIONS)] | None = None

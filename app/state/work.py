@@ -40,6 +40,7 @@ class LandscapeWork:
     radius: float
     target: Target | None
     motion: int
+    labels: tuple[str, ...] = ()  # of the axes
 
 
 @dataclass(frozen=True)
