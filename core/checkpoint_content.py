@@ -15,8 +15,8 @@ from torch import Tensor
 
 from .data import PEPPER_JOINTS
 from .errors import InputError
-from .model import RNNPB, ModelConfig, ModelInfo, MotionLabel
-from .motion import MAX_FRAMES
+from .model import RNNPB, ModelConfig, ModelInfo
+from .motion import MAX_FRAMES, MotionLabel
 
 FORMAT = "rnnpb-explorer"
 FORMAT_VERSION = 1

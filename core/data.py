@@ -19,8 +19,7 @@ import numpy as np
 
 from .csv_table import CsvTable, Row, read_csv_bytes
 from .errors import InputError
-from .model import MotionLabel
-from .motion import MAX_CSV_BYTES, Motion, check_length, read_motion
+from .motion import MAX_CSV_BYTES, Motion, MotionLabel, check_length, read_motion
 
 if TYPE_CHECKING:
     from .model import RNNPB

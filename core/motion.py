@@ -44,6 +44,15 @@ class Motion:
         return len(self.positions)
 
 
+@dataclass(frozen=True)
+class MotionLabel:
+    """What is known of a training motion besides its frames."""
+
+    behavior_class: str  # the emotion in its name: Happy_4_tr -> Happy
+    valence: float | None = None
+    arousal: float | None = None
+
+
 def read_motion(
     path: str | os.PathLike[str],
     joints: tuple[str, ...],

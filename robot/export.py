@@ -6,7 +6,6 @@ import json
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,9 @@ from numpy.typing import NDArray
 from ..core.errors import InputError
 from ..core.motion import Motion, format_motion
 from .description import Robot
-from .safety import SafetyReport, check_motion, limit_motion
-
-Format = Literal["csv", "json", "naoqi"]
-FORMATS: tuple[Format, ...] = get_args(Format)
-JSON_FORMAT = "rnnpb-motion"
+from .formats import FORMATS, JSON_FORMAT, Format
+from .safety import check_motion, limit_motion
+from .safety_report import SafetyReport
 
 # Pepper's standing posture, radians; the hands are openings.
 PEPPER_STAND = {

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.csv_table import MAX_ANGLE
 from ..core.errors import InputError
 from ..core.motion import Motion, check_length, parse_motion
-from .export import JSON_FORMAT
+from .formats import JSON_FORMAT
 
 MAX_BYTES = 4_000_000  # the longest motion of Pepper's joints takes 1.2 MB
 SUFFIXES = (".csv", ".json", ".py")

@@ -11,7 +11,8 @@ import torch
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.data import Dataset, load_dataset
-from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo, MotionLabel
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
+from rnnpb_explorer.core.motion import MotionLabel
 
 SHARED = Path(__file__).parents[2] / "shared"  # data and published checkpoints; not for shipping
 

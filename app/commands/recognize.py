@@ -25,7 +25,7 @@ from .progress import steps_bar
 
 if TYPE_CHECKING:
     from ...core.model import RNNPB
-    from ...core.recognition import RecognitionStep
+    from ...core.recognition_run import RecognitionStep
 
 MAX_CANDIDATES = 100_000
 MAX_ITERATIONS = 100_000
@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
     motion = read(arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit)
 
     from ...core.device import choose_device
-    from ...core.recognition import RecognitionResult
+    from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(arguments.device))
     steps = _steps(model, motion, arguments)
@@ -94,8 +94,9 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
 def _steps(
     model: RNNPB, motion: Motion, arguments: argparse.Namespace
 ) -> Iterator[RecognitionStep]:
-    from ...core.recognition import RecognitionConfig, recognize
+    from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
+    from ...core.recognition_run import RecognitionConfig
 
     if arguments.method == "lm":
         lm = LMConfig(arguments.trials, arguments.observed, arguments.iterations)

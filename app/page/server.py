@@ -9,11 +9,13 @@ import logging
 import socket
 import threading
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import viser
+from msgspec.structs import replace
 
 from ...core.checkpoint import load_checkpoint
 from ...core.data import Dataset, load_dataset
@@ -23,9 +25,12 @@ from ...core.latent_map import LatentMap
 from ...core.model import RNNPB, UNKNOWN_LENGTH
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
-from ..engine.compute import Computations
-from ..state.document import AppState, EyeTrack, ModelFacts, initial_state
+from ..engine.engine import Engine
+from ..state.document import Document, EyeTrack
+from ..state.facts import Facts, ModelFacts
+from ..state.opening import opening_document
 from ..state.statecode import decode
+from ..state.wanted import motion_steps
 from .session import Kept, Session
 
 MAX_MODELS = 4
@@ -63,8 +68,8 @@ class App:
         self.facts = describe_models(models, options)
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
-        self._computations = Computations(models, self.robot)
-        self._opening = opening_state(self.facts, models[0], options)
+        self._opening = opening(self.facts, models[0], options)
+        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
@@ -82,6 +87,7 @@ class App:
             session.close()
         for session in sessions:
             session.join(STOP_SECONDS)
+        self._engine.close(STOP_SECONDS)
         with contextlib.redirect_stdout(io.StringIO()):  # viser says so in a line of its own
             self._server.stop()
 
@@ -95,9 +101,10 @@ class App:
                     client,
                     token,
                     self.facts,
-                    self._computations,
+                    self._engine,
                     self.robot,
                     self._opening,
+                    partial(self._disconnected, client),
                     self._take(token),
                 )
         if full:
@@ -145,7 +152,7 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
     return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
 
 
-def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
+def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> Facts:
     dataset = None if options.data is None else load_dataset(options.data)
     eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
@@ -207,7 +214,8 @@ def _describe(
     )
 
 
-def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOptions) -> AppState:
+def opening(facts: Facts, model: RNNPB, options: ServerOptions) -> Document:
+    """The document that every new page begins with."""
     motion = liveliest(facts[0])
     if options.motion is not None:
         names = facts[0].motions
@@ -216,18 +224,17 @@ def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOp
             if options.motion in names
             else model.motion_index(options.motion)
         )
-    state = initial_state(facts, options.seed, motion)
+    document = opening_document(facts, options.seed, motion)
     if options.state_code is not None:
-        state = decode(facts, state, options.state_code)
-        if state.use_target:
-            log.warning("the state code was made with an uploaded motion, which it does not hold")
+        document = decode(facts, options.state_code)
     if options.frame is not None:
-        last = facts[0].lengths[state.models[0].latent.motion] - 1
+        last = motion_steps(facts, document, 0) - 1
         if not 0 <= options.frame <= last:
             raise InputError(f"frame {options.frame} is not within 0 to {last}")
-        playback = replace(state.playback, playing=False, phase=options.frame / max(last, 1))
-        state = replace(state, playback=playback)
-    return state
+        phase = options.frame / max(last, 1)
+        playback = replace(document.playback, playing=False, phase=phase)
+        document = replace(document, playback=playback)
+    return document
 
 
 def liveliest(facts: ModelFacts) -> int:
@@ -237,7 +244,7 @@ def liveliest(facts: ModelFacts) -> int:
     return ratings.index(max(ratings))
 
 
-def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:
+def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     """One line a model that moves joints which the robot lacks."""
     lines = []
     for one in facts:

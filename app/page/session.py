@@ -226,7 +226,9 @@ class Session:
             screen.show_code(code)
             return
         self._client.send_file_download("screen.rnnpb", code.encode(), save_immediately=True)
-        screen.say("The upload makes this code too long for a line; it was saved as a file", good=True)
+        screen.say(
+            "The upload makes this code too long for a line; it was saved as a file", good=True
+        )
 
     # --- the screen ---
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.windows import WINDOW_RADIUS
-from ...robot.safety import SafetyReport, Violation
+from ...robot.safety_report import SafetyReport, Violation
 from ..state.picture import Picture
 from ..state.wanted import given_target
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+
 from .results import RecognitionTrace, Result
 from .work import RecogniseWork, Slot, Work
+
 
 @dataclass(frozen=True, eq=False)
 class Entry:

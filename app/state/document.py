@@ -8,20 +8,18 @@ shared and restored without another line.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
-import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from ...core.motion import Motion
+from ...core.recognition_run import Init
+from ...core.windows import Window
+from ...robot.formats import Format
 
-Init = Literal["learned", "baseline", "random"]
-Window = Literal["absolute", "sd"]
 Colouring = Literal["class", "valence", "arousal"]
-FileFormat = Literal["csv", "json", "naoqi"]
 EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 
 # The one set of bounds for mu, sigma and epsilon, wherever they come from: far beyond everything
@@ -55,9 +53,7 @@ class Latent(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def pb(self) -> tuple[float, ...]:
-        return tuple(
-            m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True)
-        )
+        return tuple(m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True))
 
 
 class ModelChoice(Struct, frozen=True, forbid_unknown_fields=True):
@@ -108,7 +104,8 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         """(T, 2, 8, 3) from 0 to 1, where colours came with the motion."""
         if not self.eyes:
             return None
-        return np.frombuffer(self.eyes, np.uint8).reshape(-1, 2, 8, 3) / np.float32(255)
+        eyes = np.frombuffer(self.eyes, np.uint8).astype(np.float32) / 255
+        return eyes.reshape(-1, 2, 8, 3)
 
 
 def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
@@ -134,8 +131,8 @@ class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
 class Run(Struct, frozen=True, forbid_unknown_fields=True):
     """A recognition that somebody started; its iterations are computed from this.
 
-    While it is not settled the model's latent is its newest iterate; afterwards the best PB that was
-    sampled, the last iterate where it was cancelled, or the one that somebody looks at.
+    While it is not settled the model's latent is its newest iterate; afterwards the best PB that
+    was sampled, the last iterate where it was cancelled, or the one that somebody looks at.
     """
 
     model: Count
@@ -156,7 +153,7 @@ class Run(Struct, frozen=True, forbid_unknown_fields=True):
 class ExportOptions(Struct, frozen=True, forbid_unknown_fields=True):
     """How a motion becomes a file for a robot."""
 
-    file_format: FileFormat = "csv"
+    file_format: Format = "csv"
     safe_posture: bool = False  # start from and return to it
     beyond_limits: bool = False  # insist on the motion as it was generated
 

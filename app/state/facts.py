@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.latent_map import LatentMap, spread
-from ...core.labels import MotionLabel
-from ...core.motion import Motion
+from ...core.motion import Motion, MotionLabel
 from .document import EyeTrack
 
 Array = NDArray[np.float64]

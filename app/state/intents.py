@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from .document import Colouring, Target, Window
+from ...core.windows import Window
+from .document import Colouring, Target
 
 
 # --- a point of the latent space ---

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import intents as do
 from .document import MAX_PB, Document, Latent
-from .facts import Array, Facts, ModelFacts
+from .facts import Facts, ModelFacts
 from .opening import learned_latent
 from .planes import (
     fitting_axes,
@@ -90,7 +90,7 @@ def put_latent(
 
 
 def end_run(document: Document, *, by_hand: bool = False) -> Document:
-    """Stop a recognition that is under way; a hand on the latent takes it from a finished one, too."""
+    """Stop a recognition that is under way; a hand takes the latent from a finished one, too."""
     run = document.run
     if run is None:
         return document

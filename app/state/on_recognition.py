@@ -12,6 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...core.errors import InputError
+from ...core.recognition_run import Init
 from . import intents as do
 from .document import (
     MAX_COUNT,
@@ -19,7 +20,6 @@ from .document import (
     MAX_TRIALS,
     MIN_OBSERVED,
     Document,
-    Init,
     Latent,
     Run,
 )
@@ -30,9 +30,7 @@ from .results import RecognitionTrace
 SMALLEST_SIGMA = 1e-6  # below it, the noise that made a PB cannot be told from rounding
 
 
-def update_recognition(
-    facts: Facts, document: Document, intent: do.RecognitionIntent
-) -> Document:
+def update_recognition(facts: Facts, document: Document, intent: do.RecognitionIntent) -> Document:
     match intent:
         case do.SetTarget(target):
             return replace(document, target=target, use_target=True, run=None)

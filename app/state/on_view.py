@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import assert_never, get_args
+from typing import assert_never
 
 import numpy as np
 from msgspec.structs import replace
 
+from ...robot.formats import FORMATS
 from . import intents as do
-from .document import MAX_SPEED, MIN_SPEED, Document, FileFormat
+from .document import MAX_SPEED, MIN_SPEED, Document
 from .facts import Facts
 from .planes import drawable_axes
 from .wanted import motion_steps
@@ -67,7 +68,7 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
         case do.SetSideBySide(side_by_side):
             return replace(document, side_by_side=side_by_side)
         case do.SetExportOption(name, value):
-            if name == "file_format" and value not in get_args(FileFormat):
+            if name == "file_format" and value not in FORMATS:
                 return document
             value = value if name == "file_format" else bool(value)
             return replace(document, export=replace(document.export, **{name: value}))

@@ -1,14 +1,15 @@
-"""What is on the screen: a document and what is computed of it by now. Panels and boards draw this."""
+"""What is on the screen: a document and what is computed of it by now. Panels draw this."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.windows import Landscape
 from .computed import Computed
 from .document import Document, ModelChoice, Run
 from .facts import Facts, ModelFacts
@@ -21,9 +22,6 @@ from .results import (
 )
 from .wanted import export_work, known_reference, landscape_work, recognise_work
 from .work import LandscapeWork
-
-if TYPE_CHECKING:
-    from ...core.correlation import Landscape
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.windows import WINDOW_RADIUS
+from ...core.windows import window_radius
 from .document import Document, ModelChoice
 from .facts import Array, ModelFacts
 
@@ -34,11 +34,9 @@ class LandscapePlane:
     labels: tuple[str, ...]  # one an axis
 
 
-def landscape_plane(
-    facts: ModelFacts, document: Document, choice: ModelChoice
-) -> LandscapePlane:
+def landscape_plane(facts: ModelFacts, document: Document, choice: ModelChoice) -> LandscapePlane:
     """The window around the anchor along two axes; the other components as they are now."""
-    radius = WINDOW_RADIUS[document.window] * (facts.mu_sd if document.window == "sd" else 1.0)
+    radius = window_radius(facts.mu, document.window)
     mu = np.array(choice.latent.mu)
     if document.landscape_axes == "pca":
         axes = fitting_axes(document.map_axes, facts.pb_dim)

@@ -29,8 +29,8 @@ from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.core.model import RNNPB, ModelInfo, MotionLabel
-from rnnpb_explorer.core.motion import Motion, write_motion
+from rnnpb_explorer.core.model import RNNPB, ModelInfo
+from rnnpb_explorer.core.motion import Motion, MotionLabel, write_motion
 from rnnpb_explorer.robot.description import load_robot
 
 from .app_states import after

@@ -10,7 +10,7 @@ import pytest
 
 from rnnpb_explorer.core import RNNPB, Dataset, InputError, Motion, load_dataset
 from rnnpb_explorer.core.data import PEPPER_JOINTS, behavior_class, mirror
-from rnnpb_explorer.core.model import MotionLabel
+from rnnpb_explorer.core.motion import MotionLabel
 
 ARMS = ("ElbowRoll", "ElbowYaw", "ShoulderRoll", "WristYaw")
 ROW = ",".join("0.5" for _ in PEPPER_JOINTS)

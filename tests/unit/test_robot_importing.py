@@ -15,7 +15,8 @@ from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
 from rnnpb_explorer.robot.description import Robot, load_robot
-from rnnpb_explorer.robot.export import FORMATS, Format, export_motion
+from rnnpb_explorer.robot.export import export_motion
+from rnnpb_explorer.robot.formats import FORMATS, Format
 from rnnpb_explorer.robot.importing import MAX_BYTES, import_motion, parse_json, parse_naoqi
 
 

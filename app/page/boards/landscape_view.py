@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import viser
 
-from ....core.correlation import Landscape
+from ....core.windows import Landscape
 from ...state import intents as do
 from ...state.facts import Array
 from ...state.picture import Picture

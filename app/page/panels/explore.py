@@ -102,9 +102,7 @@ class ExplorePanel:
                 starts = range(0, facts.pb_dim, PAGE)
                 pages = [f"{s + 1}–{min(s + PAGE, facts.pb_dim)}" for s in starts]
                 self._page = Bound(
-                    self._gui.add_dropdown(
-                        "Dimensions", pages, initial_value=pages[first // PAGE]
-                    ),
+                    self._gui.add_dropdown("Dimensions", pages, initial_value=pages[first // PAGE]),
                     self._choose_page,
                 )
             self._mu = [

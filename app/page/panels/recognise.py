@@ -54,7 +54,12 @@ class RecognisePanel:
         )
         self._observed = Bound(
             gui.add_slider(
-                "Observed", MIN_OBSERVED, 1.0, 0.05, 0.8, hint="the first part; the rest is foretold"
+                "Observed",
+                MIN_OBSERVED,
+                1.0,
+                0.05,
+                0.8,
+                hint="the first part; the rest is foretold",
             ),
             lambda value: send(do.SetRecognitionOption("observed", value)),
         )

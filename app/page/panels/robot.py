@@ -8,9 +8,10 @@ from html import escape
 import viser
 
 from ....robot.description import JointMatch, Robot, match_joints
-from ....robot.safety import Light
+from ....robot.formats import Format
+from ....robot.safety_report import Light
 from ...state import intents as do
-from ...state.document import ExportOptions, FileFormat
+from ...state.document import ExportOptions
 from ...state.facts import Facts, ModelFacts
 from ...state.picture import Picture
 from ...state.results import CheckedMotion
@@ -20,7 +21,7 @@ from .text import TEXT_STYLE, text_lines, write
 
 Send = Callable[[do.Intent], None]
 
-FORMAT_LABELS: dict[str, FileFormat] = {"CSV": "csv", "JSON": "json", "NAOqi script": "naoqi"}
+FORMAT_LABELS: dict[str, Format] = {"CSV": "csv", "JSON": "json", "NAOqi script": "naoqi"}
 LIGHTS: dict[Light, str] = {"green": "#2f9e44", "amber": "#f08c00", "red": "#e03131"}
 MOST_WARNINGS = 3
 INSISTED = (
@@ -52,9 +53,7 @@ class SafetyLight:
 class RobotPanel:
     """Safety, export, and how the joints of model and robot go together."""
 
-    def __init__(
-        self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send) -> None:
         self._robot = robot
         self._matches = [match_joints(robot, one.joints) for one in facts]
         with gui.add_folder("Safety"):

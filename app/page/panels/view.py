@@ -7,8 +7,9 @@ from itertools import combinations
 
 import viser
 
+from ....core.windows import Window
 from ...state import intents as do
-from ...state.document import Colouring, Window
+from ...state.document import Colouring
 from ...state.picture import Picture
 from ...state.wanted import eyes_of
 from .bound import Bound, on_click
@@ -82,9 +83,7 @@ class ViewPanel:
         on_click(download, lambda: send(do.DownloadMotion()))
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
-            on_click(
-                gui.add_button("Show the code of this screen"), lambda: send(do.ShowCode())
-            )
+            on_click(gui.add_button("Show the code of this screen"), lambda: send(do.ShowCode()))
             on_click(
                 gui.add_button("Restore from the code"),
                 lambda: send(do.RestoreCode(self._text.handle.value)),
@@ -99,7 +98,10 @@ class ViewPanel:
         dims = min(picture.model.pb_dim, MAX_AXES)
         pairs: list[tuple[int, ...]] = [*combinations(range(dims), 2)] or [(0,)]
         axes = document.landscape_axes
-        shown = (axes_label("PC", document.map_axes), PCA if axes == "pca" else axes_label("μ", axes))
+        shown = (
+            axes_label("PC", document.map_axes),
+            PCA if axes == "pca" else axes_label("μ", axes),
+        )
         self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs], shown[0])
         self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA], shown[1])
         self._colouring.show(_key(COLOURINGS, document.colouring))
