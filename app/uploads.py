@@ -14,6 +14,8 @@ from ..robot.importing import SUFFIXES, import_motion
 from . import intents as do
 from .state import EyeTrack, ModelFacts
 
+MAX_UPLOAD_BYTES = MAX_CSV_BYTES
+TOO_LARGE = f"the file is larger than {MAX_UPLOAD_BYTES // 1_000_000} MB"
 MAX_NAME = 76  # characters
 log = logging.getLogger(__name__)
 
@@ -59,8 +61,8 @@ def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
 
     The name is a label; no file is ever opened by it.
     """
-    if len(content) > MAX_CSV_BYTES:
-        return do.RefuseTarget(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB")
+    if len(content) > MAX_UPLOAD_BYTES:
+        return do.RefuseTarget(TOO_LARGE)
     shown = "".join(c for c in name if c.isprintable())
     suffix = PurePosixPath(shown).suffix.lower()
     suffix = suffix if suffix in SUFFIXES else ".csv"
