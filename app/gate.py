@@ -166,8 +166,10 @@ class Gate:
         Raises:
             PageRefused: the page is to be closed.
         """
-        if not (self._messages.take(1) and self._bytes.take(len(raw))):
+        if not self._messages.take(1):
             raise PageRefused("too many messages")
+        if not self._bytes.take(len(raw)):
+            raise PageRefused("too many bytes")
         if isinstance(raw, str):
             raise PageRefused("a message that is none")
         try:
