@@ -135,7 +135,7 @@ def test_two_servers_take_two_free_ports(options: ServerOptions) -> None:
 @pytest.mark.parametrize("port", [0, 48080])
 def test_a_host_that_is_none_is_refused(options: ServerOptions, host: str, port: int) -> None:
     with pytest.raises(InputError, match="--host"):
-        start(replace(options, host=host, port=port))
+        start(replace(options, host=host, port=port, no_token=True))
 
 
 # --- models ---
