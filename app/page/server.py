@@ -6,6 +6,7 @@ import contextlib
 import errno
 import io
 import logging
+import secrets
 import socket
 import threading
 import warnings
@@ -27,12 +28,17 @@ from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
 from ..engine.engine import Engine
+from ..state import intents as do
 from ..state.document import Document, EyeTrack
 from ..state.facts import Facts, ModelFacts
 from ..state.opening import opening_document
 from ..state.statecode import decode
 from ..state.wanted import motion_steps
+from .door import make_door, url_host
+from .gate import FileTransferStartUpload
+from .guard import Guard, page_scripts
 from .session import Kept, Session
+from .uploads import TOO_LARGE
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
@@ -51,6 +57,10 @@ class ServerOptions:
     checkpoints: tuple[str, ...] = ("strong.pt",)
     host: str = "127.0.0.1"
     port: int = 8080  # 0: any free one
+    token: str | None = None  # without it no page and no session
+    no_token: bool = False  # said to be meant: everybody who reaches the host may come in
+    allow_origins: tuple[str, ...] = ()  # where a proxy shows the page
+    allow_frames: tuple[str, ...] = ()  # sites that may embed it
     robot: str = "pepper"
     data: str | None = None
     device: str = "auto"
@@ -64,6 +74,14 @@ class App:
     """The running server."""
 
     def __init__(self, options: ServerOptions) -> None:
+        door = make_door(
+            options.host,
+            token=options.token,
+            no_token=options.no_token,
+            allow_origins=options.allow_origins,
+            allow_frames=options.allow_frames,
+            scripts=page_scripts(),
+        )
         models = load_models(options)
         self.robot = load_robot(options.robot)
         self.facts = describe_models(models, options)
@@ -74,10 +92,13 @@ class App:
         self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
-        self._server = serve(options)
+        guard = Guard(door)
+        guard.too_large = self._refuse_upload
+        self._server = serve(options, guard)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
-        self.url = f"http://{_url_host(options.host)}:{self._server.get_port()}"
+        self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
+        self.link = door.link(self.url)  # to give to people: with the token in it
 
     def stop(self) -> None:
         """End every session and the server."""
@@ -123,6 +144,12 @@ class App:
             if kept is not None:
                 self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
         session.close()
+
+    # viser's event loop: only hand on.
+    def _refuse_upload(self, client_id: int, upload: FileTransferStartUpload) -> None:
+        session = self.sessions.get(client_id)
+        if session is not None:
+            session.send(do.Say(TOO_LARGE))
 
     def _take(self, browser: str) -> Kept | None:
         """What the newest page that this browser closed had on its screen.
@@ -253,8 +280,8 @@ def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     return lines
 
 
-def serve(options: ServerOptions) -> viser.ViserServer:
-    """The bare viser server on the wanted port.
+def serve(options: ServerOptions, guard: Guard) -> viser.ViserServer:
+    """The bare viser server on the wanted port, behind its door.
 
     Raises:
         InputError: the port is taken.
@@ -263,7 +290,7 @@ def serve(options: ServerOptions) -> viser.ViserServer:
     # A browser that goes while its session writes is no news.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
-        server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+        server = guard.start(host=options.host, port=options.port, verbose=False)
     # Filtering an environment map blocks a browser without a GPU for many seconds.
     server.scene.configure_environment_map(None)
     server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
@@ -286,8 +313,12 @@ def _claim(host: str, port: int) -> None:
 
 
 def browser_token(client: viser.ClientHandle) -> str:
-    """A name that this browser keeps over reloads; a fresh one where it keeps nothing."""
-    fresh = f"{np.random.default_rng().integers(1 << 62):x}"
+    """A name that this browser keeps over reloads; a fresh one where it keeps nothing.
+
+    Whoever says it gets the screen that was kept under it. So nobody can guess it, and it opens
+    nothing: only who has passed the door can say it.
+    """
+    fresh = secrets.token_urlsafe(24)
     try:
         known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
         if known:
@@ -296,7 +327,3 @@ def browser_token(client: viser.ClientHandle) -> str:
     except (RuntimeError, TimeoutError) as error:
         log.info("no local storage in browser %s: %s", client.client_id, error)
     return fresh
-
-
-def _url_host(host: str) -> str:
-    return "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host
