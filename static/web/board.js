@@ -175,6 +175,12 @@ export class Board {
     this.surface.request();
   }
 
+  /** The whole that there is to see; what it is now called otherwise is shown whole. @param {Extent} home @param {boolean} same */
+  setHome(home, same) {
+    this.home = home;
+    if (!same) this.resetZoom();
+  }
+
   resetZoom() {
     this.showZoom(null, 1);
   }

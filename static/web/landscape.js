@@ -57,12 +57,10 @@ export class LandscapeBoard extends Board {
     const { correlation, x, y, extent } = shown;
     const [left = 0, right = 1, bottom = 0, top = 1] = extent.data;
     const flat = y.data.length === 1;
-    const before = this.home;
     const home = flat
       ? { left, right, bottom: LOWEST, top: -LOWEST }
       : { left, right, bottom, top };
-    if (before && (before.left !== left || before.bottom !== home.bottom)) this.resetZoom();
-    this.home = home;
+    this.setHome(home, this.home?.left === left && this.home.bottom === home.bottom);
     this.grid = { values: correlation.data, x: x.data, y: y.data };
     this.line = flat ? [] : contour(this.grid, this.level);
     if (!flat) this.colour();

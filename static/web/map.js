@@ -73,9 +73,8 @@ export class MapBoard extends Board {
     const before = this.shown;
     this.shown = shown;
     const [left = -1, right = 1, bottom = -1, top = 1] = shown.extent.data;
-    this.home = { left, right, bottom, top };
     const same = before?.title === shown.title && String(before.axes) === String(shown.axes);
-    if (!same) this.resetZoom();
+    this.setHome({ left, right, bottom, top }, same);
     say(this.parts.heading, shown.title ? `PB map · ${shown.title}` : "PB map");
     this.marks = this.looks(shown);
     this.showLegend(shown);
@@ -272,7 +271,7 @@ export class MapBoard extends Board {
   nearness(i, farthest) {
     const name = this.shown?.classes[i];
     if (this.lit !== null) return this.lit === name ? 1 : 0.15;
-    const off = this.state?.off_plane?.data[i];
+    const off = this.state?.off_plane?.data[i] ?? 0;
     return 1 - (1 - FARTHEST) * Math.min(off / farthest, 1);
   }
 
