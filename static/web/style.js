@@ -83,13 +83,13 @@ const SHEET = `
 .rb-numbers .rb-stage, .rb-numbers .rb-note { grid-column: 1 / 3; }
 .rb-numbers .rb-note { color: var(--rb-quiet); }
 .rb-stage[data-complete=false] { color: var(--rb-warning); }
-@container (min-aspect-ratio: 3/2) {
+@container (min-aspect-ratio: 21/20) {
   .rb-map .rb-body { flex-direction: row; }
-  .rb-map .rb-legend { max-height: none; width: 118px; padding-top: 6px; }
+  .rb-map .rb-legend { max-height: none; width: 104px; padding-top: 6px; }
   .rb-map .rb-entries { flex-direction: column; flex-wrap: nowrap; }
 }
 .rb-timebar {
-  position: fixed; bottom: 0; z-index: 3; height: clamp(116px, 17vh, 260px); padding: 6px 8px 2px;
+  position: fixed; bottom: 0; z-index: 3; height: clamp(124px, 18vh, 280px); padding: 6px 8px 2px;
   display: flex; flex-direction: column; gap: 4px; background: var(--rb-surface);
   border-top: 1px solid var(--rb-line);
 }

@@ -215,7 +215,7 @@ export class TimeBar {
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
   paint(context, width, height) {
     const { clock } = this.playback;
-    const box = { left: EDGE, top: 4, width: width - 2 * EDGE, height: height - 18 };
+    const box = { left: EDGE, top: 6, width: width - 2 * EDGE, height: height - 21 };
     const { curves, motion } = this;
     const angles = motion?.angles ?? null;
     const low = curves?.low?.data ?? this.band?.low ?? null;
