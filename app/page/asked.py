@@ -14,7 +14,7 @@ from msgspec import Meta
 
 from ...core.errors import InputError
 
-MAX_DOCUMENT = 100_000  # characters; a state code with an upload in it has at most 64 kB
+MAX_DOCUMENT = 900_000  # characters: a state code with the longest upload in it
 MAX_PAYLOAD = 2_000  # characters of everything that carries no document
 FARTHEST = 1e6  # of any coordinate of a PB
 PER_SECOND = 120.0  # messages; a hand makes 25, and a key held down some more
@@ -75,8 +75,9 @@ class MoveOnMap(Asked, tag=True):
 
 
 class MoveOnLandscape(Asked, tag=True):
-    """The puck in the landscape's own axes; the rest as MoveOnMap."""
+    """The puck in the landscape's own axes, whose labels are `axes`; the rest as MoveOnMap."""
 
+    axes: Annotated[list[Annotated[str, Meta(max_length=20)]], Meta(min_length=1, max_length=2)]
     to: Coordinates
     gesture: Count
     number: Count
@@ -142,9 +143,8 @@ class Broken(Asked, tag=True):
     reason: Annotated[str, Meta(max_length=500)]
 
 
-AnyAsked = (
-    Hello
-    | MoveOnMap
+ByHand = (
+    MoveOnMap
     | MoveOnLandscape
     | SelectMotion
     | SetPlaying
@@ -155,9 +155,8 @@ AnyAsked = (
     | SetObserved
     | Undo
     | Redo
-    | Resized
-    | Broken
 )
+AnyAsked = ByHand | Hello | Resized | Broken
 _decoder = msgspec.json.Decoder(AnyAsked)
 
 
@@ -177,8 +176,8 @@ def parse(payload: object) -> AnyAsked:
         raise InputError(f"a page's message: {error}") from error
     if len(payload) > MAX_PAYLOAD and not isinstance(asked, Hello):
         raise InputError(f"{type(asked).__name__} of {len(payload)} characters")
-    if isinstance(asked, MoveOnMap) and len(asked.axes) != len(asked.to):
-        raise InputError(f"MoveOnMap with {len(asked.axes)} axes and {len(asked.to)} coordinates")
+    if isinstance(asked, MoveOnMap | MoveOnLandscape) and len(asked.axes) != len(asked.to):
+        raise InputError(f"{len(asked.axes)} axes and {len(asked.to)} coordinates")
     return asked
 
 

@@ -20,7 +20,7 @@ import operator
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import msgspec
 from viser import GuiUploadButtonHandle
@@ -77,29 +77,6 @@ class CommandTriggerMessage(Incoming):
     uuid: Name
 
 
-class SceneNodeClickMessage(Incoming):
-    name: Name
-    instance_index: int | None
-    ray_origin: Vector
-    ray_direction: Vector
-    screen_pos: Pair
-    modifier: Name | None
-    owner: Name
-
-
-class SceneNodeDragMessage(Incoming):
-    phase: Literal["start", "update", "end"]
-    name: Name
-    instance_index: int | None
-    start_position: Vector
-    start_screen_pos: Pair
-    end_position: Vector
-    end_screen_pos: Pair
-    button: Literal["left", "middle", "right"]
-    modifier: Name | None
-    owner: Name
-
-
 class FileTransferStartUpload(Incoming):
     source_component_uuid: Name
     transfer_uuid: Name
@@ -116,21 +93,19 @@ class FileTransferPart(Incoming):
     content: bytes
 
 
-class LocalStorageGetItemResponseMessage(Incoming):
-    value: Name | None
-    error: Name | None
-    request_uuid: Name
+class RnnpbAsked(Incoming):
+    """Our own part's word; what is in it is checked by `asked.py`."""
+
+    payload: Annotated[str, msgspec.Meta(max_length=MAX_MESSAGE_BYTES)]
 
 
 PAGE_MESSAGES: tuple[type[Incoming], ...] = (
     ViewerCameraMessage,
     GuiUpdateMessage,
     CommandTriggerMessage,
-    SceneNodeClickMessage,
-    SceneNodeDragMessage,
     FileTransferStartUpload,
     FileTransferPart,
-    LocalStorageGetItemResponseMessage,
+    RnnpbAsked,
 )
 
 

@@ -6,7 +6,6 @@ import contextlib
 import errno
 import io
 import logging
-import secrets
 import socket
 import threading
 import warnings
@@ -37,16 +36,16 @@ from ..state.wanted import motion_steps
 from .door import make_door, url_host
 from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
-from .session import Kept, Session
+from .robot_nodes import add_robot
+from .robots import ROOT
+from .session import Session
+from .studio import set_up_studio
 from .uploads import TOO_LARGE
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
-MAX_KEPT = 64  # screens of pages that have gone and may come back
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
 FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
-TOKEN_KEY = "browser"
-MAX_TOKEN = 64  # characters; the browser says it, so it may say anything
 log = logging.getLogger(__name__)
 
 
@@ -89,12 +88,13 @@ class App:
             log.warning("%s", warning)
         self._opening = opening(self.facts, models[0], options)
         self._engine = Engine(models, [one.data for one in self.facts], self.robot)
-        self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
         guard.too_large = self._refuse_upload
         self._server = serve(options, guard)
+        set_up_studio(self._server.scene)
+        add_robot(self._server.scene, self.robot, ROOT)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
         self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
@@ -115,19 +115,16 @@ class App:
 
     # viser runs these two on threads of its own.
     def _connected(self, client: viser.ClientHandle) -> None:
-        token = browser_token(client)
         with self._lock:
             full = len(self.sessions) >= MAX_SESSIONS
             if not full:
                 self.sessions[client.client_id] = Session(
                     client,
-                    token,
                     self.facts,
                     self._engine,
                     self.robot,
                     self._opening,
                     partial(self._disconnected, client),
-                    self._take(token),
                 )
         if full:
             log.warning("a browser was refused: there are %d pages", MAX_SESSIONS)
@@ -138,30 +135,14 @@ class App:
     def _disconnected(self, client: viser.ClientHandle) -> None:
         with self._lock:
             session = self.sessions.pop(client.client_id, None)
-            if session is None:
-                return
-            kept = session.kept
-            if kept is not None:
-                self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
-        session.close()
+        if session is not None:
+            session.close()
 
     # viser's event loop: only hand on.
     def _refuse_upload(self, client_id: int, upload: FileTransferStartUpload) -> None:
         session = self.sessions.get(client_id)
         if session is not None:
             session.send(do.Say(TOO_LARGE))
-
-    def _take(self, browser: str) -> Kept | None:
-        """What the newest page that this browser closed had on its screen.
-
-        A page that is reloaded has just been closed, whatever other pages its browser has open.
-        Where none was closed, a new page begins with what the newest open one shows.
-        """
-        for index in reversed(range(len(self._kept))):
-            if self._kept[index][0] == browser:
-                return self._kept.pop(index)[1]
-        shown = [page.kept for page in self.sessions.values() if page.browser == browser]
-        return shown[-1] if shown else None
 
 
 def start(options: ServerOptions) -> App:
@@ -291,8 +272,6 @@ def serve(options: ServerOptions, guard: Guard) -> viser.ViserServer:
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
         server = guard.start(host=options.host, port=options.port, verbose=False)
-    # Filtering an environment map blocks a browser without a GPU for many seconds.
-    server.scene.configure_environment_map(None)
     server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
     return server
 
@@ -310,20 +289,3 @@ def _claim(host: str, port: int) -> None:
             raise InputError(
                 f"cannot serve on {host}:{port}: {error.strerror}; {advice}"
             ) from error
-
-
-def browser_token(client: viser.ClientHandle) -> str:
-    """A name that this browser keeps over reloads; a fresh one where it keeps nothing.
-
-    Whoever says it gets the screen that was kept under it. So nobody can guess it, and it opens
-    nothing: only who has passed the door can say it.
-    """
-    fresh = secrets.token_urlsafe(24)
-    try:
-        known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
-        if known:
-            return known[:MAX_TOKEN]
-        client.local_storage.set_item(TOKEN_KEY, fresh)
-    except (RuntimeError, TimeoutError) as error:
-        log.info("no local storage in browser %s: %s", client.client_id, error)
-    return fresh

@@ -12,9 +12,10 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import TypeAlias
 
 import viser
+from msgspec.structs import replace
 
 from ...core.errors import InputError
 from ...robot.description import Robot
@@ -32,59 +33,49 @@ from ..state.statecode import MAX_LINE, decode, encode
 from ..state.update import update
 from ..state.wanted import export_work, wanted
 from ..state.work import ExportWork, Slot, Work
-from .boards.board import REDRAW_SECONDS
+from . import asked
+from .bridge import Bridge
+from .hand import intent_of
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
 
-FRAME_SECONDS = 1 / 30
-# Widgets that a person holds and boards that are drawn now and then are written late; this long
-# after the last event all is written.
-SETTLE_SECONDS = max(HELD_SECONDS, REDRAW_SECONDS) + 0.1
+# After the last event all is written that was held back: widgets that a person holds, the tab's
+# document.
+SETTLE_SECONDS = HELD_SECONDS + 0.1
+KEEP_SECONDS = 0.25  # at least, between two documents that the tab gets
 AS_IT_IS = ExportOptions("csv", beyond_limits=True)
-MOST_FAULTS = 2  # pages in a row that stopped on one document; then it is given up
 STOPPED = "The page met a fault and stopped. Reload it to go on."
-LOST = "What was on the screen cannot be shown any more; this is the opening screen."
-Event = do.Intent | Delivered | Failed
+NOT_KEPT = "This upload is too long for the tab to keep: after a reload it has to be chosen again"
+Event: TypeAlias = do.Intent | Delivered | Failed | asked.AnyAsked
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Kept:
-    """The last document that a page had on its screen, and how many pages in a row it broke."""
-
-    document: Document
-    faults: int = 0
 
 
 class Session:
     """The life of one page on the server.
 
     Args:
-        browser: a name that all pages of a browser share.
-        opening: what to open with where there is nothing else that can be shown.
+        opening: what to begin with, where the tab brings no document.
         ended: called when the page has met a fault and takes nothing any more.
-        kept: what the page had on its screen before.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        browser: str,
         facts: Facts,
         engine: Engine,
         robot: Robot,
         opening: Document,
         ended: Callable[[], None],
-        kept: Kept | None = None,
     ) -> None:
-        self.browser = browser
         self._client, self._facts, self._robot = client, facts, robot
-        self._opening, self._ended, self._kept = opening, ended, kept
-        self._faults = 0 if kept is None else kept.faults
-        self._history = History(opening if kept is None else kept.document)
+        self._ended = ended
+        self._history = History(opening)
         self._computed = Computed.nothing()
         self._export: ExportWork | None = None  # the last file that was asked for
         self._events: queue.SimpleQueue[Event | None] = queue.SimpleQueue()
+        self._settled = False  # all that was held back is written
+        self._tab: Document | None = None  # what the tab keeps
+        self._tab_time = 0.0
         self._idle = threading.Condition()
         self._shown: Picture | None = None
         self._closed = False
@@ -97,11 +88,6 @@ class Session:
         """Hand in what a person or the engine says; from any thread, returns at once."""
         if not self._closed:
             self._events.put(event)
-
-    @property
-    def kept(self) -> Kept | None:
-        """What a reload brings back; None where nothing could be shown."""
-        return self._kept
 
     @property
     def document(self) -> Document:
@@ -126,27 +112,17 @@ class Session:
 
     # --- the program, from a hand to the screen ---
     def _loop(self, screen: Screen) -> None:
-        last = changed = time.monotonic()
         while not self._closed:
-            rests = last - changed > SETTLE_SECONDS
-            events = self._next_events(None if rests else last + FRAME_SECONDS - time.monotonic())
-            now = time.monotonic()
-            before = self.document
-            for event in events:
-                try:
-                    self._apply(event, screen, now)
-                    self._follow_run()
-                except InputError as error:
-                    screen.say(str(error))
-            # Time at rest is not the motion's: one that is played then begins where it stands.
-            self._apply(do.Tick(0.0 if rests else now - last), screen, now)
-            if events or self.document != before:
-                changed = now
-            last = now
             works = self._wanted()
             self._computed = self._computed.keep(works)
             self._work.want(self._computed.missing(works))
             self._show(screen)
+            for event in self._next_events():
+                try:
+                    self._apply(event, screen, time.monotonic())
+                    self._follow_run()
+                except InputError as error:
+                    screen.say(str(error))
 
     def _apply(self, event: Event, screen: Screen, now: float) -> None:
         """What an event makes of the document, of the history, or of what is computed."""
@@ -155,6 +131,14 @@ class Session:
                 self._deliver(event, screen)
             case Failed(slot, work, message):
                 self._fail(slot, work, message, screen)
+            case asked.Hello():
+                self._greet(event, screen)
+            case asked.Resized():
+                screen.resized(event.width, event.height)
+            case asked.Broken():
+                screen.say(event.reason)
+            case asked.Asked():
+                self._apply_hand(event, screen, now)
             case do.Undo():
                 self._go(self._history.undo(), "Nothing to undo", screen)
             case do.Redo():
@@ -180,6 +164,31 @@ class Session:
         if self._export is not None:
             works["export", 0] = self._export
         return works
+
+    # --- the browser's own part ---
+    def _greet(self, hello: asked.Hello, screen: Screen) -> None:
+        """The page is there, for the first time or again; it may bring what it showed before."""
+        screen.resized(hello.width, hello.height)
+        if hello.document:
+            self._tab = decode(self._facts, hello.document)
+            self._history = History(self._tab)
+        if hello.playback is not None:  # it went on playing while there was no server
+            for intent in (
+                do.SetSpeed(hello.playback.speed),
+                do.SetLoop(hello.playback.loop),
+                do.SetPlaying(hello.playback.playing, hello.playback.frame),
+            ):
+                after = update(self._facts, self.document, intent)
+                self._history = self._history.revise(after)
+            screen.played = self.document.playback
+
+    def _apply_hand(self, word: asked.ByHand, screen: Screen, now: float) -> None:
+        """A hand on a board or on the time bar; the page shows what it did there already."""
+        self._apply(intent_of(word, self._picture), screen, now)
+        if isinstance(word, asked.MoveOnMap | asked.MoveOnLandscape):
+            screen.heard = word.number
+        if isinstance(word, asked.SetPlaying | asked.Seek | asked.SetSpeed | asked.SetLoop):
+            screen.played = self.document.playback
 
     # --- results ---
     def _deliver(self, event: Delivered, screen: Screen) -> None:
@@ -238,60 +247,56 @@ class Session:
     def _show(self, screen: Screen) -> None:
         picture = self._picture
         screen.show(picture)
-        self._kept = Kept(self.document)
+        self._keep(screen, time.monotonic())
         with self._idle:
             self._shown = picture
             self._idle.notify_all()
 
-    def _next_events(self, wait: float | None) -> list[Event]:
-        """All waiting events; when there are none, waits for the first, `wait` seconds at most."""
+    def _keep(self, screen: Screen, now: float) -> None:
+        """Have the tab keep what was just shown, though not at every step of a drag."""
+        document = self.document
+        if document == self._tab or (now - self._tab_time < KEEP_SECONDS and not self._settled):
+            return
+        code = encode(document)
+        if len(code) > asked.MAX_DOCUMENT:
+            code = encode(replace(document, target=None, run=None))
+            if self._tab is None or document.target != self._tab.target:
+                screen.say(NOT_KEPT, good=True)
+        screen.keep(code)
+        self._tab, self._tab_time = document, now
+
+    def _next_events(self) -> list[Event]:
+        """All waiting events; none, once, when they have rested for a moment."""
         events: list[Event] = []
         try:
-            event = self._events.get(timeout=None if wait is None else max(wait, 0.001))
+            event = self._events.get(timeout=None if self._settled else SETTLE_SECONDS)
             while True:
                 if event is not None:
                     events.append(event)
                 event = self._events.get_nowait()
         except queue.Empty:
+            self._settled = not events
             return events
 
     # --- beginning and end ---
     def _run(self) -> None:
+        screen = None
         try:
-            self._loop(self._open())
+            bridge = Bridge(self._client, self.send)
+            screen = Screen(self._client, bridge, self._robot, self._facts, self.send)
+            self._loop(screen)
         except Exception:  # the thread's boundary: an error here must not pass unseen
             if not self._closed:
                 log.exception("the page of browser %s broke off", self._client.client_id)
-                self._break_off()
+                self._break_off(screen)
 
-    def _open(self) -> Screen:
-        """Show what the page had on its screen; the opening screen where that cannot be."""
-        if self._kept is None:
-            return self._begin()
-        if self._faults < MOST_FAULTS:
-            try:
-                return self._begin()
-            except Exception:
-                if self._closed:
-                    raise
-                log.exception("browser %s: the kept screen is lost", self._client.client_id)
-        self._kept, self._faults = None, 0
-        self._history = History(self._opening)
-        self._client.gui.reset()  # whatever of the screen was built
-        self._client.scene.reset()
-        screen = self._begin()
-        screen.say(LOST)
-        return screen
+    def _break_off(self, screen: Screen | None) -> None:
+        """Stop, and say so. What the tab keeps is what was shown before the fault.
 
-    def _begin(self) -> Screen:
-        screen = Screen(self._client, self._robot, self._picture, self.send)
-        self._show(screen)
-        return screen
-
-    def _break_off(self) -> None:
-        """Stop, and say so. What was shown before the fault is kept, what led to it is not."""
-        if self._kept is not None:
-            self._kept = Kept(self._kept.document, self._faults + 1)
+        Where that is what led to the fault, the tab keeps nothing, and a reload begins anew.
+        """
+        if screen is not None and self.document == self._tab:
+            screen.keep("")
         self.close()
         self._ended()
         self._client.add_notification("That did not work", STOPPED, color="red")

@@ -176,6 +176,7 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     joint: Name = ""  # shown in the Joints panel; "" = those that move most
     first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
     side_by_side: bool = False  # the limited motion on a second robot
+    ghosts: bool = False  # samples from N(mu, sigma^2) around the robot
     eyes: bool = True  # colour the eyes where the motion has a track for them
     export: ExportOptions = ExportOptions()
     seed: Count = 0

@@ -98,7 +98,10 @@ LatentIntent = (
 # --- playback ---
 @dataclass(frozen=True)
 class SetPlaying:
+    """Play, or rest; from or at a frame, where the browser that plays says one."""
+
     playing: bool
+    frame: float | None = None
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,7 @@ class TogglePlaying:
 
 @dataclass(frozen=True)
 class Seek:
-    frame: int
+    frame: float
 
 
 @dataclass(frozen=True)
@@ -121,14 +124,7 @@ class SetLoop:
     loop: bool
 
 
-@dataclass(frozen=True)
-class Tick:
-    """Time went by."""
-
-    seconds: float
-
-
-PlaybackIntent = SetPlaying | TogglePlaying | Seek | SetSpeed | SetLoop | Tick
+PlaybackIntent = SetPlaying | TogglePlaying | Seek | SetSpeed | SetLoop
 
 
 # --- what the boards, plots and panels show ---
@@ -170,6 +166,13 @@ class SetUseTarget:
 
 
 @dataclass(frozen=True)
+class SetGhosts:
+    """Samples from N(mu, sigma^2) around the robot, and their band on the joint curves."""
+
+    ghosts: bool
+
+
+@dataclass(frozen=True)
 class SetEyes:
     """Colour the robot's eyes as the motion's track says, where it has one."""
 
@@ -197,6 +200,7 @@ ViewIntent = (
     | SetJoint
     | ShowSliders
     | SetUseTarget
+    | SetGhosts
     | SetEyes
     | SetSideBySide
     | SetExportOption

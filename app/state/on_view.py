@@ -19,29 +19,21 @@ def update_playback(facts: Facts, document: Document, intent: do.PlaybackIntent)
     playback = document.playback
     last = max(motion_steps(facts, document, document.active) - 1, 1)
     match intent:
-        case do.SetPlaying(playing):
-            ended = playing and not playback.loop and playback.phase >= 1.0
-            phase = 0.0 if ended else playback.phase
+        case do.SetPlaying(playing, frame):
+            phase = playback.phase if frame is None else _phase(frame, last)
+            if playing and not playback.loop and phase >= 1.0:
+                phase = 0.0
             playback = replace(playback, playing=playing, phase=phase)
         case do.TogglePlaying():
             return update_playback(facts, document, do.SetPlaying(not playback.playing))
         case do.Seek(frame):
-            phase = float(np.clip(frame / last, 0.0, 1.0))
-            playback = replace(playback, playing=False, phase=phase)
+            playback = replace(playback, playing=False, phase=_phase(frame, last))
         case do.SetSpeed(speed) if not np.isfinite(speed):
             return document
         case do.SetSpeed(speed):
             playback = replace(playback, speed=float(np.clip(speed, MIN_SPEED, MAX_SPEED)))
         case do.SetLoop(loop):
             playback = replace(playback, loop=loop)
-        case do.Tick(seconds):
-            if not playback.playing:
-                return document
-            step = seconds * playback.speed * facts[document.active].fps / last
-            phase, playing = playback.phase + step, True
-            if phase >= 1.0:
-                phase, playing = (phase % 1.0, True) if playback.loop else (1.0, False)
-            playback = replace(playback, phase=phase, playing=playing)
         case _:
             assert_never(intent)
     return replace(document, playback=playback)
@@ -67,6 +59,8 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, first_slider=first) if 0 <= first < dim else document
         case do.SetUseTarget(use_target):
             return replace(document, use_target=use_target)
+        case do.SetGhosts(ghosts):
+            return replace(document, ghosts=ghosts)
         case do.SetEyes(eyes):
             return replace(document, eyes=eyes)
         case do.SetSideBySide(side_by_side):
@@ -78,3 +72,7 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, export=replace(document.export, **{name: value}))
         case _:
             assert_never(intent)
+
+
+def _phase(frame: float, last: int) -> float:
+    return float(np.clip(frame / last, 0.0, 1.0))

@@ -20,7 +20,7 @@ from .results import (
     MotionResult,
     RecognitionTrace,
 )
-from .wanted import export_work, known_reference, landscape_work, recognise_work
+from .wanted import GHOSTS, export_work, known_reference, landscape_work, recognise_work
 from .work import LandscapeWork
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
@@ -62,20 +62,19 @@ class Picture:
         entry = self.computed.entries.get(("reference", index))
         return entry.result.positions if entry and isinstance(entry.result, MotionResult) else None
 
+    def ghosts(self, index: int) -> tuple[NDArray[np.float32], ...]:
+        """GHOSTS of (T, J): the newest samples of a model, once all of them are there."""
+        slots = [("ghost", GHOSTS * index + number) for number in range(GHOSTS)]
+        results = [self.computed.entries[s].result for s in slots if s in self.computed.entries]
+        motions = tuple(r.positions for r in results if isinstance(r, MotionResult))
+        whole = len(motions) == GHOSTS and len({len(motion) for motion in motions}) == 1
+        return motions if whole else ()
+
     @property
     def checked(self) -> CheckedMotion | None:
         """What the active model's newest motion asks of the robot; comes after the motion."""
         entry = self.computed.entries.get(("motion", self.active))
         return entry.result.check if entry and isinstance(entry.result, MotionResult) else None
-
-    def frame(self, index: int | None = None) -> int:
-        """The frame that playback stands at, of a model's motion."""
-        motion = self.motion(index)
-        return 0 if motion is None else self.frame_of(len(motion))
-
-    def frame_of(self, frames: int) -> int:
-        """The frame that playback stands at, of anything that goes with the motion."""
-        return round(self.document.playback.phase * (frames - 1))
 
     # --- the landscape ---
     @property

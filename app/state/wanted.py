@@ -20,6 +20,7 @@ from .work import (
 
 # Of a work's coordinates, so that a move within a plane, which changes rounding, wants no new work.
 DECIMALS = 9
+GHOSTS = 8  # samples that are shown around a robot
 
 
 def wanted(facts: Facts, document: Document) -> dict[Slot, Work]:
@@ -30,6 +31,9 @@ def wanted(facts: Facts, document: Document) -> dict[Slot, Work]:
         reference = reference_work(facts, document, index)
         if reference is not None:
             works["reference", index] = reference
+        if document.ghosts and facts[index].stochastic:
+            for number, work in enumerate(ghost_works(facts, document, index)):
+                works["ghost", GHOSTS * index + number] = work
         # A recognition passes through many landscapes; the one where it ends is wanted.
         if not (document.running and document.run is not None and document.run.model == index):
             works["landscape", index] = landscape_work(facts, document, index)
@@ -80,6 +84,15 @@ def motion_work(facts: Facts, document: Document, index: int) -> MotionWork:
         steps=motion_steps(facts, document, index),
         check="limited" if document.side_by_side and index == document.active else "report",
     )
+
+
+def ghost_works(facts: Facts, document: Document, index: int) -> list[MotionWork]:
+    """Samples from N(mu, sigma^2). Their noise stays, so that sigma opens and closes the fan."""
+    latent = document.models[index].latent
+    noise = np.random.default_rng([document.seed, GHOSTS]).standard_normal((GHOSTS, len(latent.mu)))
+    pbs = np.array(latent.mu) + np.array(latent.sigma) * noise
+    steps = motion_steps(facts, document, index)
+    return [MotionWork(index, tuple(pb.tolist()), steps) for pb in pbs]
 
 
 def reference_work(facts: Facts, document: Document, index: int) -> MotionWork | None:

@@ -72,4 +72,4 @@ class ExportWork:
 
 Work = MotionWork | LandscapeWork | RecogniseWork | ExportWork
 # What newer work of a page takes the place of: its motion, reference, landscape of one model, ...
-Slot = tuple[Literal["motion", "reference", "landscape", "recognition", "export"], int]
+Slot = tuple[Literal["motion", "reference", "ghost", "landscape", "recognition", "export"], int]

@@ -188,7 +188,8 @@ export class LandscapeBoard extends Board {
 
   /** @param {Move} move @returns {import("./messages.js").Asked} */
   asked({ to, gesture, number, done }) {
-    return { type: "MoveOnLandscape", to, gesture, number, done };
+    const axes = this.shown?.axis_labels ?? [];
+    return { type: "MoveOnLandscape", axes, to, gesture, number, done };
   }
 
   // --- drawing ---

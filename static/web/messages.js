@@ -136,7 +136,7 @@
  *   | { type: "Hello", document: string | null, width: number, height: number, ratio: number,
  *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null }
  *   | { type: "MoveOnMap", axes: number[], to: number[], gesture: number, number: number, done: boolean }
- *   | { type: "MoveOnLandscape", to: number[], gesture: number, number: number, done: boolean }
+ *   | { type: "MoveOnLandscape", axes: string[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "SelectMotion", index: number }
  *   | { type: "SetPlaying", playing: boolean, frame: number }
  *   | { type: "Seek", frame: number }

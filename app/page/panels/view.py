@@ -69,6 +69,12 @@ class ViewPanel:
                 ),
                 lambda value: send(do.SetUseTarget(value)),
             )
+        self._ghosts = Bound(
+            gui.add_checkbox(
+                "Uncertainty", False, hint="samples from N(μ, σ²) around the robot; their band"
+            ),
+            lambda value: send(do.SetGhosts(value)),
+        )
         self._has_eyes = has_eyes
         self._eyes = Bound(
             gui.add_checkbox(
@@ -109,6 +115,7 @@ class ViewPanel:
         self._map_axes.show(shown[0])
         self._axes.show(shown[1])
         self._use_target.show(document.use_target)
+        self._ghosts.show(document.ghosts)
         self._eyes.show(document.eyes)
         track = self._has_eyes and eyes_of(picture.facts, document, picture.active) is not None
         if self._eyes.handle.visible != track:
