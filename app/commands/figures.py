@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ...core.data import Dataset
     from ...core.model import RNNPB
     from ...core.motion import Motion
-    from ...core.recognition import RecognitionConfig
+    from ...core.recognition_run import RecognitionConfig
 
 # What the paper draws; of other data, the first six.
 DENSITIES_OF = (
@@ -190,7 +190,8 @@ class _Plan:
     def _paths(self) -> Figure:
         """Fig. 6."""
         from ...core.paper.figures.recognition import paths_figure
-        from ...core.recognition import RecognitionResult, recognize
+        from ...core.recognition import recognize
+        from ...core.recognition_run import RecognitionResult
 
         target, config = self._pattern(), self._config(trials=TRIALS)
         return paths_figure(
@@ -209,7 +210,7 @@ class _Plan:
         return novel_pattern(self._source, self._arguments.seed)
 
     def _config(self, trials: int) -> RecognitionConfig:
-        from ...core.recognition import RecognitionConfig
+        from ...core.recognition_run import RecognitionConfig
 
         return RecognitionConfig(
             init=self._arguments.init,

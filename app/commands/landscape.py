@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import read_motion
+from ...robot.importing import read_motion
 from .command import (
     Command,
     add_checkpoint,
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ...core.correlation import Landscape
     from ...core.csv_table import Unit
     from ...core.data import Dataset
     from ...core.model import RNNPB
+    from ...core.windows import Landscape
 
 MAX_GRID = 200
 MAX_RADIUS = 1e3
@@ -124,8 +124,8 @@ def _window(
     """Centre, axes and size of the window, as `landscape` takes them."""
     import numpy as np
 
-    from ...core.correlation import unit_directions
     from ...core.latent_map import LatentMap, spread
+    from ...core.windows import unit_directions
 
     mu = model.mu.cpu().numpy()
     dimensions = model.config.pb_dim

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import Motion, read_motion
+from ...core.motion import Motion
+from ...robot.importing import read_motion
 from .command import (
     Command,
     add_checkpoint,
@@ -25,7 +26,7 @@ from .progress import steps_bar
 
 if TYPE_CHECKING:
     from ...core.model import RNNPB
-    from ...core.recognition import RecognitionStep
+    from ...core.recognition_run import RecognitionStep
 
 MAX_CANDIDATES = 100_000
 MAX_ITERATIONS = 100_000
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
     motion = read(arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit)
 
     from ...core.device import choose_device
-    from ...core.recognition import RecognitionResult
+    from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(arguments.device))
     steps = _steps(model, motion, arguments)
@@ -94,8 +95,9 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
 def _steps(
     model: RNNPB, motion: Motion, arguments: argparse.Namespace
 ) -> Iterator[RecognitionStep]:
-    from ...core.recognition import RecognitionConfig, recognize
+    from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
+    from ...core.recognition_run import RecognitionConfig
 
     if arguments.method == "lm":
         lm = LMConfig(arguments.trials, arguments.observed, arguments.iterations)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from ...robot.description import Robot
 from ...robot.kinematics import JointPoses, joint_poses
 from ...robot.view import RobotView
-from ..state.document import AppState, ModelFacts
-from ..state.transitions import eyes_of
-from .panels.playback import frame_at, frame_of
+from ..state.facts import Facts
+from ..state.picture import Picture
+from ..state.wanted import eyes_of
 from .stage import Vector
 
 LABEL_ABOVE = 0.1  # metres above the robot's head
@@ -30,7 +30,7 @@ class Robots:
         self,
         scene: viser.SceneApi,
         robot: Robot,
-        facts: tuple[ModelFacts, ...],
+        facts: Facts,
         spots: tuple[Vector, ...],
         height: float,
     ) -> None:
@@ -50,29 +50,29 @@ class Robots:
         """Whether colours of eyes can be seen."""
         return self._views[0].has_eyes
 
-    def show(self, state: AppState) -> None:
-        for index, model in enumerate(state.models):
-            if model.motion is not None:
-                frame = frame_of(state, index)
-                self._move(index, self._views[index], model.motion.positions, frame, index)
-            self._colour_eyes(self._views[index], state, index)
-        self._show_limited(state)
-        self._show_names(state)
+    def show(self, picture: Picture) -> None:
+        for index, view in enumerate(self._views):
+            motion = picture.motion(index)
+            if motion is not None:
+                self._move(index, view, motion, picture.frame(index), index)
+            self._colour_eyes(view, picture, index)
+        self._show_limited(picture)
+        self._show_names(picture)
 
-    def _show_limited(self, state: AppState) -> None:
+    def _show_limited(self, picture: Picture) -> None:
         spot = len(self._facts)
-        if not state.side_by_side:
+        if not picture.document.side_by_side:
             if self._limited is not None:
                 self._limited.remove()
                 self._limited = None
             return
         if self._limited is None:
             self._limited = self._add(spot)
-        checked = state.current.checked
+        checked = picture.checked
         if checked is not None and checked.limited is not None:
-            frame = frame_at(state, len(checked.limited))
-            self._move(spot, self._limited, checked.limited, frame, state.active)
-        self._colour_eyes(self._limited, state, state.active)
+            frame = picture.frame_of(len(checked.limited))
+            self._move(spot, self._limited, checked.limited, frame, picture.active)
+        self._colour_eyes(self._limited, picture, picture.active)
 
     def _move(
         self, spot: int, view: RobotView, positions: Positions, frame: int, model: int
@@ -83,12 +83,13 @@ class Robots:
             self._poses[spot] = known = (positions, poses)
         view.show(known[1], frame)
 
-    def _colour_eyes(self, view: RobotView, state: AppState, index: int) -> None:
-        track = eyes_of(self._facts, state, index) if state.eyes else None
-        view.set_eye_colors(None if track is None else track[frame_at(state, len(track))])
+    def _colour_eyes(self, view: RobotView, picture: Picture, index: int) -> None:
+        wanted = picture.document.eyes
+        track = eyes_of(self._facts, picture.document, index) if wanted else None
+        view.set_eye_colors(None if track is None else track[picture.frame_of(len(track))])
 
-    def _show_names(self, state: AppState) -> None:
-        names = robot_names(self._facts, state)
+    def _show_names(self, picture: Picture) -> None:
+        names = robot_names(picture)
         for spot in set(self._labels) - set(range(len(names))):
             self._labels.pop(spot).remove()
         for spot, name in enumerate(names):
@@ -106,13 +107,14 @@ class Robots:
                 self._labels[spot].text = name
 
 
-def robot_names(facts: tuple[ModelFacts, ...], state: AppState) -> list[str]:
+def robot_names(picture: Picture) -> list[str]:
     """What stands above each robot; a lone one needs no name."""
-    if len(facts) == 1:
-        return ["raw", "limited"] if state.side_by_side else []
-    names = [one.name for one in facts]
-    if state.side_by_side:
-        active = names[state.active]
-        names[state.active] = f"{active}, raw"
+    side_by_side = picture.document.side_by_side
+    if len(picture.facts) == 1:
+        return ["raw", "limited"] if side_by_side else []
+    names = [one.name for one in picture.facts]
+    if side_by_side:
+        active = names[picture.active]
+        names[picture.active] = f"{active}, raw"
         names.append(f"{active}, limited")
     return names

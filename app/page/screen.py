@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from functools import partial
 
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from ...robot.description import Robot
 from ...robot.kinematics import size
 from ..state import intents as do
-from ..state.document import AppState, ModelFacts, Notice
+from ..state.picture import Picture
 from .boards.landscape_view import LandscapeView
 from .boards.map_view import MapView
 from .panels.explore import ExplorePanel
@@ -40,67 +39,56 @@ class Screen:
     def __init__(
         self,
         client: viser.ClientHandle,
-        facts: tuple[ModelFacts, ...],
         robot: Robot,
-        state: AppState,
+        picture: Picture,
         send: Send,
-        code: Callable[[], str],
     ) -> None:
-        self._client, self._facts, self._robot = client, facts, robot
+        self._client, self._facts, self._robot = client, picture.facts, robot
         self._size = size(robot)  # half width, height
-        self._stage = stage_for(len(facts), *self._size)
+        self._stage = stage_for(len(picture.facts), *self._size)
         self._send = send
-        self._notice: Notice | None = state.notice
-        self._go_home = threading.Event()
         self._home: tuple[float, NDArray[np.float64]] | None = None  # aspect, position
-        self._build_scene(state)
-        self._build_panels(code)
+        self._build_scene(picture)
+        self._build_panels()
         self._build_commands()
         client.camera.on_update(self._camera_moved)
-        self._reset_camera()
+        self.reset_view()
 
     # --- building ---
-    def _build_scene(self, state: AppState) -> None:
+    def _build_scene(self, picture: Picture) -> None:
         scene = self._client.scene
         setup_stage(scene)
         spots = stage_for(len(self._facts) + 1, *self._size).robots
         self.robots = Robots(scene, self._robot, self._facts, spots, self._size[1])
-        self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
+        self.map_board = MapView(scene, self._stage.map_board, picture, self._send)
         self.landscape_board = LandscapeView(
-            scene, self._stage.landscape_board, self._facts, state, self._send
+            scene, self._stage.landscape_board, picture, self._send
         )
 
-    def _build_panels(self, code: Callable[[], str]) -> None:
+    def _build_panels(self) -> None:
         gui = self._client.gui
         gui.set_panel_label("rnnpb-explorer")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
         with gui.add_folder("Playback"):
-            playback = PlaybackPanel(gui, self._facts, self._send)
+            playback = PlaybackPanel(gui, self._send)
             light = SafetyLight(gui, self._facts, self._robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Explore"):
             explore = ExplorePanel(gui, self._facts, self._send)
-            readout = ReadoutPanel(gui, self._facts)
+            readout = ReadoutPanel(gui)
         with tabs.add_tab("Joints"):
-            joints = JointsPanel(gui, self._facts, self._send)
+            joints = JointsPanel(gui, self._facts[0].joints, self._send)
         with tabs.add_tab("Recognise"):
             recognise = RecognisePanel(gui, self._facts, self._send)
         with tabs.add_tab("Robot"):
             robot = RobotPanel(gui, self._facts, self._robot, self._send)
         with tabs.add_tab("View"):
-            view = ViewPanel(
-                gui,
-                self._facts,
-                self._send,
-                code,
-                self.ask_for_home,
-                has_eyes=self.robots.have_eyes,
-            )
+            self._view = ViewPanel(gui, self._send, has_eyes=self.robots.have_eyes)
         with tabs.add_tab("Help"):
             add_help(gui)
         gui.add_html(NARROW_TABS)
-        self._panels = (playback, light, explore, readout, joints, recognise, robot, view)
+        self._panels = (playback, light, explore, readout, joints, recognise, robot, self._view)
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command
@@ -112,7 +100,7 @@ class Screen:
             (add("Random PB", hotkey="P"), partial(send, do.RandomiseLatent())),
             (add("New noise", hotkey="N"), partial(send, do.NewNoise())),
             (add("Back to the learned PB", hotkey="L"), partial(send, do.ResetLatent())),
-            (add("Reset the view", hotkey="R"), self.ask_for_home),
+            (add("Reset the view", hotkey="R"), partial(send, do.ResetView())),
         ):
             self._on_trigger(command, action)
 
@@ -124,44 +112,37 @@ class Screen:
         command.on_trigger(triggered)
 
     # --- showing ---
-    def show(self, state: AppState) -> None:
-        """Bring everything to a state; only what differs from what stands there is written."""
+    def show(self, picture: Picture) -> None:
+        """Bring everything to a picture; only what differs from what stands there is written."""
         with self._client.atomic():
-            self.robots.show(state)
-            self.map_board.show(state)
-            self.landscape_board.show(state)
+            self.robots.show(picture)
+            self.map_board.show(picture)
+            self.landscape_board.show(picture)
         for panel in self._panels:
-            panel.show(state)
-        self._show_notice(state.notice)
-        self._fit(state)
-        if self._go_home.is_set():
-            self._go_home.clear()
-            self._reset_camera()
+            panel.show(picture)
+        self._fit(picture)
 
-    def _fit(self, state: AppState) -> None:
+    def _fit(self, picture: Picture) -> None:
         """Have the camera see all robots, where there are more or fewer than before."""
-        robots = len(state.models) + state.side_by_side
+        robots = len(picture.facts) + picture.document.side_by_side
         if robots != len(self._stage.robots):
             self._stage = stage_for(robots, *self._size)
-            self.ask_for_home()
+            self.reset_view()
 
-    def _show_notice(self, notice: Notice | None) -> None:
-        if notice is None or notice == self._notice:
-            return
-        self._notice = notice
+    def say(self, text: str, *, good: bool = False) -> None:
+        """A line for the person, which goes away by itself."""
         self._client.add_notification(
-            "rnnpb-explorer" if notice.good else "That did not work",
-            notice.text,
-            color="green" if notice.good else "red",
-            auto_close_seconds=4.0 if notice.good else 12.0,
+            "rnnpb-explorer" if good else "That did not work",
+            text,
+            color="green" if good else "red",
+            auto_close_seconds=4.0 if good else 12.0,
         )
 
-    # --- the camera ---
-    def ask_for_home(self) -> None:
-        """Have the camera go home with the next `show`; from any thread."""
-        self._go_home.set()
-        self._send(do.Tick(0.0))  # a session that rests shows nothing until something comes
+    def show_code(self, code: str) -> None:
+        """Write the state code where a person can copy it."""
+        self._view.show_code(code)
 
+    # --- the camera ---
     async def _camera_moved(self, camera: viser.CameraHandle) -> None:
         """A window that changes its shape shows everything again, if it did so before."""
         if self._home is None:
@@ -169,9 +150,9 @@ class Screen:
         aspect, position = self._home
         at_home = np.allclose(camera.position, position, atol=0.02)
         if at_home and abs(camera.aspect - aspect) > 0.005:
-            self.ask_for_home()
+            self._send(do.ResetView())
 
-    def _reset_camera(self) -> None:
+    def reset_view(self) -> None:
         """Look at everything from the front, from as far as the window's shape asks for."""
         camera = self._client.camera
         position = camera_position(self._stage, camera.aspect)

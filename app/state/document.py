@@ -8,20 +8,18 @@ shared and restored without another line.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
-import msgspec
 import numpy as np
 from msgspec import Meta, Struct
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ...core.motion import Motion
+from ...core.motion import Motion, check_length
+from ...core.recognition_run import Init
+from ...core.windows import Window
+from ...robot.formats import Format
 
-Init = Literal["learned", "baseline", "random"]
-Window = Literal["absolute", "sd"]
 Colouring = Literal["class", "valence", "arousal"]
-FileFormat = Literal["csv", "json", "naoqi"]
 EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 
 # The one set of bounds for mu, sigma and epsilon, wherever they come from: far beyond everything
@@ -35,7 +33,7 @@ MAX_COUNT = 2**32 - 1
 Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
 Width = Annotated[float, Meta(ge=0, le=MAX_PB)]
 Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
-Name = Annotated[str, Meta(max_length=200)]
+Name = Annotated[str, Meta(max_length=255)]  # as long as a file's name can be
 Axes = Annotated[tuple[Annotated[int, Meta(ge=0, le=127)], ...], Meta(min_length=1, max_length=2)]
 
 
@@ -47,21 +45,21 @@ class Latent(Struct, frozen=True, forbid_unknown_fields=True):
     sigma: tuple[Width, ...]
     epsilon: tuple[Coordinate, ...]  # kept, so that sigma moves the motion smoothly
 
-    def __post_init__(self) -> None:
-        for values in (self.mu, self.sigma, self.epsilon):
-            # msgspec checks bounds of what it decodes, and lets NaN pass.
-            if not all(abs(value) <= MAX_PB for value in values):
-                raise ValueError(f"a number beyond ±{MAX_PB:g}, or none")
-
     @property
     def pb(self) -> tuple[float, ...]:
-        return tuple(
-            m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True)
-        )
+        return tuple(m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True))
+
+
+def vector(values: ArrayLike) -> tuple[float, ...]:
+    """(D,) within the bounds, as a document keeps it."""
+    clipped: list[float] = np.clip(np.asarray(values, np.float64), -MAX_PB, MAX_PB).tolist()
+    return tuple(clipped)
 
 
 class ModelChoice(Struct, frozen=True, forbid_unknown_fields=True):
-    """Where one model stands."""
+    """Which model, and where it stands."""
+
+    name: Name
 
     latent: Latent
     # (D,) the landscape's middle: a learned mu, or where the puck left the window.
@@ -88,6 +86,7 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         frame = 4 * len(self.joints)
         if not frame or not self.positions or len(self.positions) % frame:
             raise ValueError("a motion of broken frames")
+        check_length(len(self), "the motion")
         if not np.isfinite(np.frombuffer(self.positions, "<f4")).all():
             raise ValueError("a motion with NaN or infinity")
         if self.eyes and len(self.eyes) != len(self) * 48:
@@ -106,13 +105,14 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         """(T, 2, 8, 3) from 0 to 1, where colours came with the motion."""
         if not self.eyes:
             return None
-        return np.frombuffer(self.eyes, np.uint8).reshape(-1, 2, 8, 3) / np.float32(255)
+        eyes = np.frombuffer(self.eyes, np.uint8).astype(np.float32) / 255
+        return eyes.reshape(-1, 2, 8, 3)
 
 
 def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
     """The motion as a document keeps it."""
     return Target(
-        motion.name[:200],
+        motion.name[:255],
         motion.joints,
         motion.fps,
         np.ascontiguousarray(motion.positions, "<f4").tobytes(),
@@ -132,7 +132,8 @@ class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
 class Run(Struct, frozen=True, forbid_unknown_fields=True):
     """A recognition that somebody started; its iterations are computed from this.
 
-    While it is not settled, the model's latent follows its newest iterate.
+    While it is not settled the model's latent is its newest iterate; afterwards the best PB that
+    was sampled, the last iterate where it was cancelled, or the one that somebody looks at.
     """
 
     model: Count
@@ -140,6 +141,7 @@ class Run(Struct, frozen=True, forbid_unknown_fields=True):
     seed: Count
     done: Annotated[int, Meta(ge=0, le=MAX_ITERATIONS)] = 0  # iterations that were followed
     settled: bool = False  # it ended, or somebody ended it after `done` iterations
+    follows: bool = True  # the model's latent is what the run shows; a hand on it ends that
     trial: Annotated[int, Meta(ge=0, lt=MAX_TRIALS)] = 0  # the one that is drawn
     # The iteration scrubbed to; None where nobody has.
     shown: Annotated[int, Meta(ge=0, lt=MAX_ITERATIONS)] | None = None
@@ -152,7 +154,7 @@ class Run(Struct, frozen=True, forbid_unknown_fields=True):
 class ExportOptions(Struct, frozen=True, forbid_unknown_fields=True):
     """How a motion becomes a file for a robot."""
 
-    file_format: FileFormat = "csv"
+    file_format: Format = "csv"
     safe_posture: bool = False  # start from and return to it
     beyond_limits: bool = False  # insist on the motion as it was generated
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ...core.correlation import Landscape
-    from ...robot.safety import SafetyReport
+from ...core.windows import Landscape
+from ...robot.safety_report import SafetyReport
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from .document import ExportOptions, Init, Target
+from ...core.recognition_run import Init
+from .document import ExportOptions, Target
 
 Vector = tuple[float, ...]
 
@@ -40,6 +41,7 @@ class LandscapeWork:
     radius: float
     target: Target | None
     motion: int
+    labels: tuple[str, ...] = ()  # of the axes
 
 
 @dataclass(frozen=True)

@@ -12,23 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion, parse_motion
-from rnnpb_explorer.core.recognition import RecognitionConfig, recognize
+from rnnpb_explorer.core.recognition import recognize
+from rnnpb_explorer.core.recognition_run import RecognitionConfig
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.export import (
     APPROACH_SPEED,
-    FORMATS,
     LEAD_IN,
-    PEPPER_STAND,
-    Format,
     export_motion,
     posture,
     with_safe_posture,
 )
+from rnnpb_explorer.robot.formats import FORMATS, Format
 from rnnpb_explorer.robot.importing import parse_json, parse_naoqi
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_STAND
 from rnnpb_explorer.robot.safety import check_motion
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.robot.description import Robot, load_robot
-from rnnpb_explorer.robot.safety import SafetyReport, check_motion, limit_motion
+from rnnpb_explorer.robot.safety import check_motion, limit_motion
+from rnnpb_explorer.robot.safety_report import SafetyReport
 
 FPS = 25.0
 # In Pepper's URDF: HeadYaw +-2.08567 rad at 7.33998 rad/s, 0.2936 rad a frame of 25 Hz.

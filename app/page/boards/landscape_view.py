@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import viser
 
-from ....core.correlation import Landscape
+from ....core.windows import Landscape
 from ...state import intents as do
-from ...state.document import AppState, Array, ModelFacts
-from ...state.slices import landscape_slice, on_landscape
+from ...state.facts import Array
+from ...state.picture import Picture
+from ...state.planes import landscape_plane, on_landscape
 from ..stage import Place
 from ..words import target_label, window_label
 from .board import BoardView, Inputs, Touch
@@ -26,54 +28,57 @@ class LandscapeView:
         self,
         scene: viser.SceneApi,
         place: Place,
-        facts: tuple[ModelFacts, ...],
-        state: AppState,
+        picture: Picture,
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._send = facts, send
-        self._axes = len(landscape_slice(facts[state.active], state, state.current).labels)
-        first, inputs = self._picture(state), self._inputs(state)
+        self._send = send
+        self._drawn: tuple[int, tuple[str, ...]] = (0, ())  # model and axes that are drawn
+        first, inputs = self._draw(picture), self._inputs(picture)
         self.board = BoardView(scene, "landscape", place, first, inputs, clock)
         self.board.on_touch(self._touched)
 
-    def show(self, state: AppState) -> None:
-        facts = self._facts[state.active]
-        self.board.refresh(self._inputs(state), lambda: self._picture(state))
-        where = on_landscape(facts, state, state.current.latent.mu)
-        self._axes = len(where)
+    def show(self, picture: Picture) -> None:
+        self.board.refresh(self._inputs(picture), lambda: self._draw(picture))
+        where = on_landscape(picture.model, picture.document, picture.choice.latent.mu)
         self.board.show_puck(float(where[0]), float(where[1]) if len(where) > 1 else 0.0)
 
     @staticmethod
-    def _inputs(state: AppState) -> Inputs:
-        recognition = state.recognition
+    def _inputs(picture: Picture) -> Inputs:
         return (
-            state.active,
-            state.current.landscape,
-            state.current.latent.motion,
-            recognition.trace,
-            recognition.trial,
-            recognition.shown,
+            picture.active,
+            picture.landscape,
+            picture.landscape_complete,
+            picture.choice.latent.motion,
+            picture.document.run,
+            0 if picture.trace is None else picture.trace.iterations,
         )
 
-    def _picture(self, state: AppState) -> Board:
-        facts, model = self._facts[state.active], state.current
-        where = landscape_slice(facts, state, model)
-        computed = model.landscape
-        values = _unknown(where.middle, where.radius) if computed is None else computed.values
-        learned = on_landscape(facts, state, facts.mu[model.latent.motion])
+    def _draw(self, picture: Picture) -> Board:
+        facts, document = picture.model, picture.document
+        if picture.landscape is None:
+            where = landscape_plane(facts, document, picture.choice)
+            labels, values = where.labels, _unknown(where.middle, where.radius)
+        else:
+            work, values = picture.landscape
+            labels = work.labels
+        values = replace(values, complete=picture.landscape_complete)
+        self._drawn = (picture.active, labels)
+        learned = on_landscape(facts, document, facts.mu[picture.choice.latent.motion])
         return draw_landscape(
             values,
-            x_label=where.labels[0],
-            y_label=where.labels[1] if len(where.labels) > 1 else None,
-            window=window_label(facts, state),
-            note=f"target: {target_label(facts, state)}",
+            x_label=labels[0],
+            y_label=labels[1] if len(labels) > 1 else None,
+            window=window_label(picture),
+            note=f"target: {target_label(picture)}",
             learned=(float(learned[0]), float(learned[1]) if len(learned) > 1 else 0.0),
-            path=recognition_path(state, lambda mu: on_landscape(facts, state, mu)),
+            path=recognition_path(picture, lambda mu: on_landscape(facts, document, mu)),
         )
 
     def _touched(self, touch: Touch) -> None:
-        self._send(do.MoveOnLandscape((touch.x, touch.y)[: self._axes], touch.gesture))
+        model, labels = self._drawn
+        to = (touch.x, touch.y)[: len(labels)]
+        self._send(do.MoveOnLandscape(model, labels, to, touch.gesture))
 
 
 def _unknown(middle: Array, radius: float) -> Landscape:

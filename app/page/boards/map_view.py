@@ -9,7 +9,8 @@ import numpy as np
 import viser
 
 from ...state import intents as do
-from ...state.document import AppState, Array, ModelFacts
+from ...state.facts import Array
+from ...state.picture import Picture
 from ..stage import Place
 from .board import BoardView, Inputs, Touch
 from .drawing import (
@@ -35,55 +36,53 @@ class MapView:
         self,
         scene: viser.SceneApi,
         place: Place,
-        facts: tuple[ModelFacts, ...],
-        state: AppState,
+        picture: Picture,
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._send = facts, send
-        self._state = state
+        self._send, self._shown = send, picture
         self._frames: dict[tuple[int, tuple[int, ...], int], PlotFrame] = {}
         self._styles: dict[tuple[int, str], PointStyle] = {}
         self._grabbed: tuple[Array, Array] | None = None  # pointer and hidden coordinates at start
-        first, inputs = self._picture(state), self._inputs(state)
+        first, inputs = self._draw(picture), self._inputs(picture)
         self.board = BoardView(scene, "map", place, first, inputs, clock)
         self.board.on_touch(self._touched)
 
-    def show(self, state: AppState) -> None:
-        self._state = state
-        self.board.refresh(self._inputs(state), lambda: self._picture(state))
-        self.board.show_puck(*self._puck(state))
+    def show(self, picture: Picture) -> None:
+        self._shown = picture
+        self.board.refresh(self._inputs(picture), lambda: self._draw(picture))
+        self.board.show_puck(*self._puck(picture))
 
     @staticmethod
-    def _inputs(state: AppState) -> Inputs:
-        recognition = state.recognition
+    def _inputs(picture: Picture) -> Inputs:
+        document = picture.document
         return (
-            state.active,
-            state.current.latent,
-            state.map_axes,
-            state.colouring,
-            recognition.trace,
-            recognition.trial,
-            recognition.shown,
+            picture.active,
+            picture.choice.latent,
+            document.map_axes,
+            document.colouring,
+            document.run,
+            0 if picture.trace is None else picture.trace.iterations,
         )
 
-    def _puck(self, state: AppState) -> tuple[float, float]:
-        coordinates = self._facts[state.active].latent_map.project(state.current.latent.mu)
-        drawn = [float(coordinates[axis]) for axis in state.map_axes]
+    @staticmethod
+    def _puck(picture: Picture) -> tuple[float, float]:
+        coordinates = picture.model.latent_map.project(picture.choice.latent.mu)
+        drawn = [float(coordinates[axis]) for axis in picture.document.map_axes]
         return drawn[0], drawn[1] if len(drawn) > 1 else 0.0
 
     # --- the picture ---
-    def _picture(self, state: AppState) -> Board:
-        facts = self._facts[state.active]
-        axes, latent, latent_map = state.map_axes, state.current.latent, facts.latent_map
+    def _draw(self, picture: Picture) -> Board:
+        facts, latent = picture.model, picture.choice.latent
+        axes, latent_map = picture.document.map_axes, facts.latent_map
         points = latent_map.points[:, list(axes)]
-        path = recognition_path(state, lambda mu: latent_map.project(mu)[..., list(axes)])
+        path = recognition_path(picture, lambda mu: latent_map.project(mu)[..., list(axes)])
         x_label, y_label = axis_names(latent_map.points, axes)
-        puck = self._puck(state)
+        puck = self._puck(picture)
         return draw_map(
             points,
-            frame=self._frame(state, points, path),
-            style=self._style(state),
+            frame=self._frame(picture, points, path),
+            style=self._style(picture),
             names=facts.motions,
             selected=latent.motion,
             off_plane=latent_map.off_plane(latent.mu, axes) if facts.pb_dim > 2 else None,
@@ -97,7 +96,7 @@ class MapView:
             subtitle=facts.name,
         )
 
-    def _frame(self, state: AppState, points: Array, path: RecognitionPath | None) -> PlotFrame:
+    def _frame(self, picture: Picture, points: Array, path: RecognitionPath | None) -> PlotFrame:
         """One frame a model and pair of axes, widened in steps for a path that leaves it."""
         steps = 0
         middle = points.mean(axis=0)
@@ -106,7 +105,7 @@ class MapView:
             reach = float(apart[np.isfinite(apart)].max(initial=0.0))  # a run may have diverged
             own = max(float(np.abs(points - middle).max()), 1e-9)
             steps = max(0, int(np.ceil(np.log(max(reach / own, 1.0)) / np.log(WIDENING))))
-        key = (state.active, state.map_axes, steps)
+        key = (picture.active, picture.document.map_axes, steps)
         if key not in self._frames:
             wide = middle + (points - middle) * WIDENING**steps
             self._frames[key] = map_frame(
@@ -114,33 +113,34 @@ class MapView:
             )
         return self._frames[key]
 
-    def _style(self, state: AppState) -> PointStyle:
-        key = (state.active, state.colouring)
+    def _style(self, picture: Picture) -> PointStyle:
+        colouring, facts = picture.document.colouring, picture.model
+        key = (picture.active, colouring)
         if key not in self._styles:
-            facts = self._facts[state.active]
             labels = [facts.labels.get(name) for name in facts.motions]
-            if state.colouring == "class":
+            if colouring == "class":
                 classes = [one.behavior_class if one else "" for one in labels]
                 self._styles[key] = style_points("class", classes=classes)
             else:
-                values = [getattr(one, state.colouring) if one else None for one in labels]
-                self._styles[key] = style_points(state.colouring, values=values)
+                values = [getattr(one, colouring) if one else None for one in labels]
+                self._styles[key] = style_points(colouring, values=values)
         return self._styles[key]
 
     # --- touches (viser's event loop: only hand on) ---
     def _touched(self, touch: Touch) -> None:
-        state = self._state
-        if touch.kind == "click" and self._select_near(touch, state):
+        picture = self._shown
+        if touch.kind == "click" and self._select_near(touch, picture):
             return
         if touch.shift:
-            self._move_hidden(touch, state)
+            self._move_hidden(touch, picture)
             return
-        to = self.board.frame.clamp([touch.x, touch.y])[: len(state.map_axes)]
-        self._send(do.MoveOnMap(state.map_axes, tuple(to.tolist()), touch.gesture))
+        axes = picture.document.map_axes
+        to = self.board.frame.clamp([touch.x, touch.y])[: len(axes)]
+        self._send(do.MoveOnMap(picture.active, axes, tuple(to.tolist()), touch.gesture))
 
-    def _select_near(self, touch: Touch, state: AppState) -> bool:
+    def _select_near(self, touch: Touch, picture: Picture) -> bool:
         """Select the learned motion under a click, if there is one."""
-        points = self._facts[state.active].latent_map.points[:, list(state.map_axes)]
+        points = picture.model.latent_map.points[:, list(picture.document.map_axes)]
         points = np.pad(points, ((0, 0), (0, 2 - points.shape[1])))
         frame = self.board.frame
         apart = np.linalg.norm(frame.to_uv(points) - frame.to_uv([touch.x, touch.y]), axis=-1)
@@ -149,19 +149,19 @@ class MapView:
         self._send(do.SelectMotion(int(apart.argmin())))
         return True
 
-    def _move_hidden(self, touch: Touch, state: AppState) -> None:
+    def _move_hidden(self, touch: Touch, picture: Picture) -> None:
         """With Shift, the pointer's way moves the two components after the drawn ones."""
-        facts = self._facts[state.active]
-        hidden = tuple(axis for axis in range(facts.pb_dim) if axis not in state.map_axes)[:2]
+        facts, drawn = picture.model, picture.document.map_axes
+        hidden = tuple(axis for axis in range(facts.pb_dim) if axis not in drawn)[:2]
         if not hidden:
             return
         pointer = np.array([touch.x, touch.y])
         if touch.kind == "start" or self._grabbed is None:
-            coordinates = facts.latent_map.project(state.current.latent.mu)
+            coordinates = facts.latent_map.project(picture.choice.latent.mu)
             self._grabbed = (pointer, coordinates[list(hidden)])
         start, coordinates = self._grabbed
         to = coordinates + (pointer - start)[: len(hidden)]
-        self._send(do.MoveOnMap(hidden, tuple(to.tolist()), touch.gesture))
+        self._send(do.MoveOnMap(picture.active, hidden, tuple(to.tolist()), touch.gesture))
         if touch.kind == "end":
             self._grabbed = None
 

@@ -10,9 +10,9 @@ import viser
 from numpy.typing import NDArray
 
 from ...state import intents as do
-from ...state.document import AppState, ModelFacts
+from ...state.picture import Picture
+from ...state.wanted import given_target
 from .bound import Bound
-from .playback import frame_of
 
 MOST_MOVING = "those that move most"
 CURSOR_INTERVAL = 0.25  # seconds between moves of the cursor while playing
@@ -27,41 +27,42 @@ class JointsPanel:
     def __init__(
         self,
         gui: viser.GuiApi,
-        facts: tuple[ModelFacts, ...],
+        joints: tuple[str, ...],
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._clock = facts, clock
+        self._clock = clock
         self._joint = Bound(
-            gui.add_dropdown("Joints", [MOST_MOVING, *facts[0].joints]),
+            gui.add_dropdown("Joints", [MOST_MOVING, *joints]),
             lambda name: send(do.SetJoint("" if name == MOST_MOVING else name)),
         )
         gui.add_markdown("Generated solid, target dashed; shaded: observed. Radians over seconds.")
         # Made here, all of them: made later they would land outside of their tab.
-        self._plots = [self._add_plot(gui, color) for color in COLORS[: len(facts[0].joints)]]
+        self._plots = [self._add_plot(gui, color) for color in COLORS[: len(joints)]]
         self._drawn: tuple[object, ...] = ()
         self._next_cursor = 0.0
 
-    def show(self, state: AppState) -> None:
-        motion, facts = state.current.motion, self._facts[state.active]
+    def show(self, picture: Picture) -> None:
+        facts, joint = picture.model, picture.document.joint
         self._joint.offer((MOST_MOVING, *facts.joints))
-        self._joint.show(state.joint if state.joint in facts.joints else MOST_MOVING)
-        if motion is None:
+        self._joint.show(joint if joint in facts.joints else MOST_MOVING)
+        motion, reference = picture.motion(), picture.reference()
+        if motion is None or reference is None:
             return
-        shaded = observed_frames(state, len(motion.reference))
-        what = (motion, state.joint, shaded, state.active)
-        frame = frame_of(state)
-        if what == self._drawn[:4] and (
-            frame == self._drawn[4]
-            or (state.playback.playing and self._clock() < self._next_cursor)
+        shaded = observed_frames(picture, len(reference))
+        what = (id(motion), id(reference), joint, shaded, picture.active)
+        frame = picture.frame()
+        if what == self._drawn[:-1] and (
+            frame == self._drawn[-1]
+            or (picture.document.playback.playing and self._clock() < self._next_cursor)
         ):
             return
         self._next_cursor = self._clock() + CURSOR_INTERVAL
         self._drawn = (*what, frame)
-        columns = shown_joints(facts.joints, state.joint, motion.reference)
+        columns = shown_joints(facts.joints, joint, reference)
         for plot, column in zip(self._plots, columns, strict=False):
             data, low, high = curves(
-                motion.positions[:, column], motion.reference[:, column], frame, facts.fps, shaded
+                motion[:, column], reference[:, column], frame, facts.fps, shaded
             )
             self._draw(plot, facts.joints[column], data, low, high)
 
@@ -103,12 +104,11 @@ class JointsPanel:
             plot.visible = True
 
 
-def observed_frames(state: AppState, frames: int) -> int:
+def observed_frames(picture: Picture, frames: int) -> int:
     """How many frames of the target are observed; 0 where nothing is recognised."""
-    recognition = state.recognition
-    if recognition.target is None or not state.use_target:
+    if given_target(picture.facts, picture.document, picture.active) is None:
         return 0
-    return int(recognition.observed * frames)
+    return int(picture.document.recognition.observed * frames)
 
 
 def shown_joints(joints: tuple[str, ...], chosen: str, reference: NDArray[np.float32]) -> list[int]:

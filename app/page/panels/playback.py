@@ -8,8 +8,8 @@ from collections.abc import Callable
 import viser
 
 from ...state import intents as do
-from ...state.document import AppState, ModelFacts
-from ...state.on_view import MAX_SPEED, MIN_SPEED
+from ...state.document import MAX_SPEED, MIN_SPEED
+from ...state.picture import Picture
 from .bound import Bound, on_click
 
 FRAME_INTERVAL = 0.1  # seconds between writes of the frame slider while playing
@@ -21,11 +21,10 @@ class PlaybackPanel:
     def __init__(
         self,
         gui: viser.GuiApi,
-        facts: tuple[ModelFacts, ...],
         send: Callable[[do.Intent], None],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._facts, self._clock = facts, clock
+        self._clock = clock
         self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, hint="Space")
         on_click(self._play, lambda: send(do.TogglePlaying()))
         self._frame = Bound(
@@ -40,8 +39,8 @@ class PlaybackPanel:
         self._playing = True
         self._next_write = 0.0
 
-    def show(self, state: AppState) -> None:
-        playback, motion = state.playback, state.current.motion
+    def show(self, picture: Picture) -> None:
+        playback, motion = picture.document.playback, picture.motion()
         if playback.playing != self._playing:
             self._playing = playback.playing
             self._play.label = "Pause" if playback.playing else "Play"
@@ -52,21 +51,10 @@ class PlaybackPanel:
         self._loop.show(playback.loop)
         if motion is None:
             return
-        last = max(len(motion.positions) - 1, 1)
+        last = max(len(motion) - 1, 1)
         if self._frame.handle.max != last:
             self._frame.handle.max = last
         # Ten times a second is enough for a slider to look at.
         if not playback.playing or self._clock() >= self._next_write:
             self._next_write = self._clock() + FRAME_INTERVAL
-            self._frame.show(frame_of(state))
-
-
-def frame_of(state: AppState, model: int | None = None) -> int:
-    """The frame that playback stands at, of the active model's motion or of another's."""
-    motion = state.models[state.active if model is None else model].motion
-    return 0 if motion is None else frame_at(state, len(motion.positions))
-
-
-def frame_at(state: AppState, frames: int) -> int:
-    """The frame that playback stands at, of anything that goes with the motion."""
-    return round(state.playback.phase * (frames - 1))
+            self._frame.show(picture.frame())
