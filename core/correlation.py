@@ -179,7 +179,7 @@ class LandscapeCells:
         if at_once is None or at_once >= self.frames:
             motions = self._model.generate(pbs, self.frames)
         else:
-            parts = []
+            parts: list[Tensor] = []
             for part in self._model.generate_in_parts(pbs, self.frames, at_once):
                 if parts:
                     yield

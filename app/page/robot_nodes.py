@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 import viser
 
-from ...core.data import EYE_LEDS
 from ...robot.description import Robot
 from ...robot.meshes import Shape, to_glb
+from ...robot.pepper import EYE_LEDS
 from .shown import RobotShown
 
 EYE_LINKS = tuple(f"{side}_eye_led_{led}" for side in "rl" for led in range(EYE_LEDS))

@@ -25,6 +25,7 @@ from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
 from .robot_nodes import eye_nodes
 from .robots import ROOT, RobotNames, robots_shown
+from .shown import DocumentShown, MotionShown, Shown
 from .stage import FOV, camera_position, stage_for
 from .views import (
     curves_shown,
@@ -97,16 +98,16 @@ class Screen:
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command
-        for label, hotkey, intent in (
-            ("Play or pause", None, do.TogglePlaying()),  # Space is the browser's own
-            ("Undo", "Z", do.Undo()),
-            ("Redo", "Y", do.Redo()),
-            ("Random PB", "P", do.RandomiseLatent()),
-            ("New noise", "N", do.NewNoise()),
-            ("Back to the learned PB", "L", do.ResetLatent()),
-            ("Reset the view", "R", do.ResetView()),
+        for command, intent in (
+            (add("Play or pause"), do.TogglePlaying()),  # Space is the browser's own
+            (add("Undo", hotkey="Z"), do.Undo()),
+            (add("Redo", hotkey="Y"), do.Redo()),
+            (add("Random PB", hotkey="P"), do.RandomiseLatent()),
+            (add("New noise", hotkey="N"), do.NewNoise()),
+            (add("Back to the learned PB", hotkey="L"), do.ResetLatent()),
+            (add("Reset the view", hotkey="R"), do.ResetView()),
         ):
-            self._on_trigger(add(label, hotkey=hotkey), partial(self._send, intent))
+            self._on_trigger(command, partial(self._send, intent))
 
     @staticmethod
     def _on_trigger(command: viser.CommandHandle, action: Callable[[], None]) -> None:

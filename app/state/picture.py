@@ -21,7 +21,7 @@ from .results import (
     RecognitionTrace,
 )
 from .wanted import GHOSTS, export_work, known_reference, landscape_work, recognise_work
-from .work import LandscapeWork
+from .work import LandscapeWork, Slot
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
 
@@ -64,7 +64,7 @@ class Picture:
 
     def ghosts(self, index: int) -> tuple[NDArray[np.float32], ...]:
         """GHOSTS of (T, J): the newest samples of a model, once all of them are there."""
-        slots = [("ghost", GHOSTS * index + number) for number in range(GHOSTS)]
+        slots: list[Slot] = [("ghost", GHOSTS * index + number) for number in range(GHOSTS)]
         results = [self.computed.entries[s].result for s in slots if s in self.computed.entries]
         motions = tuple(r.positions for r in results if isinstance(r, MotionResult))
         whole = len(motions) == GHOSTS and len({len(motion) for motion in motions}) == 1
