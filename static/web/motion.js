@@ -23,7 +23,7 @@ export const lastFrame = (clock) => Math.max(clock.frames - 1, 0);
  * @type {(clock: Clock, seconds: number) => Clock}
  */
 export function advanced(clock, seconds) {
-  if (!clock.playing) return clock;
+  if (!clock.playing || clock.frames === 0) return clock;
   const last = lastFrame(clock);
   const frame = clock.frame + Math.max(seconds, 0) * clock.fps * clock.speed;
   if (frame < last) return { ...clock, frame };
