@@ -74,9 +74,8 @@ class Generation(Task):
         parts: list[torch.Tensor] = []
         pb = _tensor(self._model, [self._pb])
         for part in self._model.generate_in_parts(pb, self._steps, self._at_once):
-            if parts:
-                yield
             parts.append(part[0].cpu())
+            yield
         self.positions = torch.cat(parts).numpy()
 
 

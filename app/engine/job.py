@@ -34,7 +34,7 @@ class Task:
     def __init__(self, pieces: Iterator[object]) -> None:
         """
         Args:
-            pieces: each `next` is a piece; yields between them, not after the last.
+            pieces: each `next` is a piece.
         """
         self._pieces = pieces
 

@@ -37,7 +37,8 @@ class Client:
 class Place:
     """One slot of a page.
 
-    work: what is wanted there. turn: its place in the queue, kept when newer work comes to wait.
+    work: what is wanted there. turn: grows from who came or was served first to who was last; newer
+        work that takes the place of one that waits keeps it.
     job: what is under way for it: of this work, or of an older one that is being finished.
     """
 
@@ -127,7 +128,7 @@ class Schedule:
         place.work = work
         if place.job is not None and place.job.finishing:
             return  # the newest follows when that is done
-        if place.job is None or place.job.begun:
+        if place.job is None:
             place.turn = next(self._numbers)
         self._leave(place)
         self._start(place, now)
@@ -188,7 +189,7 @@ class Schedule:
         job.begun = True
         number = next(self._numbers)
         for place in job.places:
-            place.client.served[job.round.priority] = number
+            place.client.served[job.round.priority] = place.turn = number
         return job, task
 
     def busy(self, now: float) -> bool:
@@ -243,7 +244,7 @@ class Schedule:
             return
         for place in [place for place in job.places if place.work != job.work]:
             self._leave(place)
-            self._start_anew(place, now)
+            self._start(place, now)
 
     def _detach(self, job: Job, now: float) -> None:
         """End a job that has come to something; places that want newer work go on to that."""
@@ -253,11 +254,7 @@ class Schedule:
             place.job = None
         for place in places:
             if place.work != job.work:
-                self._start_anew(place, now)
-
-    def _start_anew(self, place: Place, now: float) -> None:
-        place.turn = next(self._numbers)
-        self._start(place, now)
+                self._start(place, now)
 
     # --- what pages are told ---
     def _post(self, place: Place, delivery: Delivery) -> None:
