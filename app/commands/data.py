@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
+from typing import Annotated
 
-from .command import Command, note
+from cyclopts import Parameter
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--path",
-        metavar="P",
-        help="take the files from this folder (or clone of the published repository) instead of "
-        "downloading them",
-    )
+from .flags import note
 
 
-def run(arguments: argparse.Namespace) -> None:
+def run(
+    *,
+    path: Annotated[
+        Path | None,
+        Parameter(
+            metavar="P",
+            help="take the files from this folder (or clone of the published repository) instead "
+            "of downloading them",
+        ),
+    ] = None,
+) -> None:
     from ...core.rebl_pepper import LICENCE, fetch, take
 
-    folder = fetch() if arguments.path is None else take(Path(arguments.path))
+    folder = fetch() if path is None else take(path)
     note(LICENCE)
     print(folder)  # alone on stdout: rnnpb train --data "$(rnnpb data)" ...
-
-
-COMMAND = Command(
-    "data", "Fetch the REBL-Pepper motions into the user's cache.", add_arguments, run
-)

@@ -2,84 +2,72 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 import sys
 import threading
 from collections.abc import Sequence
+from typing import Annotated
 
-from ...core.errors import InputError
-from ...core.threads import wait_without_spinning
-from .command import Parser, add_seed, whole
+from cyclopts import Parameter
+
+from .answer import answer, make_app
+from .flags import Device, Robot, Seed, note, read_by, whole
+from .progress import working
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the server; 0 when it was asked to end, 2 on bad input."""
-    try:
-        arguments = _parser().parse_args(argv)
-    except InputError as error:
-        return _refuse(error)
+    app = make_app(
+        "rnnpb-explorer", "Explore the latent space of a stochastic RNNPB in the browser."
+    )
+    app.default(run)
+    return answer(app, argv)
+
+
+def run(
+    *,
+    ckpt: Annotated[
+        tuple[str, ...],
+        Parameter(
+            metavar="C",
+            help="a path, or a shipped name such as strong; twice: two models side by side",
+        ),
+    ] = ("strong.pt",),
+    host: Annotated[
+        str, Parameter(metavar="H", help="the default: only this machine")
+    ] = "127.0.0.1",
+    port: Annotated[int, read_by(whole(0, 65535), metavar="P", help="0: any free one")] = 8080,
+    robot: Robot = "pepper",
+    data: Annotated[
+        str | None, Parameter(metavar="CSV", help="the training motions, as targets")
+    ] = None,
+    device: Device = "auto",
+    seed: Seed = 0,
+) -> None:
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
-    wait_without_spinning()
-    # Imported late, so that --help and a wrong flag answer at once.
-    from ..page.server import ServerOptions, start
+    with working("loading the models and the robot"):
+        from ..page.server import ServerOptions, start
 
-    options = ServerOptions(
-        checkpoints=tuple(arguments.ckpt or ("strong.pt",)),
-        host=arguments.host,
-        port=arguments.port,
-        robot=arguments.robot,
-        data=arguments.data,
-        device=arguments.device,
-        seed=arguments.seed,
-    )
-    try:
+        options = ServerOptions(
+            checkpoints=ckpt,
+            host=host,
+            port=port,
+            robot=robot,
+            data=data,
+            device=device,
+            seed=seed,
+        )
         app = start(options)
-    except InputError as error:
-        return _refuse(error)
-    if options.host not in ("127.0.0.1", "localhost", "::1"):
-        print(
-            f"rnnpb-explorer: serving on {options.host}: everybody who reaches this machine can "
-            "use the page; there is no password",
-            file=sys.stderr,
+    if host not in ("127.0.0.1", "localhost", "::1"):
+        note(
+            f"rnnpb-explorer: serving on {host}: everybody who reaches this machine can "
+            "use the page; there is no password"
         )
     print(f"rnnpb-explorer is ready at {app.url}", flush=True)
     ended.wait()
     app.stop()
-    return 0
-
-
-def _refuse(error: InputError) -> int:
-    line = " ".join("".join(c if c.isprintable() else " " for c in str(error)).split())
-    print(f"rnnpb-explorer: {line}", file=sys.stderr)
-    return 2
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = Parser(
-        prog="rnnpb-explorer",
-        description="Explore the latent space of a stochastic RNNPB in the browser.",
-        allow_abbrev=False,
-    )
-    parser.add_argument(
-        "--ckpt",
-        action="append",
-        metavar="CKPT",
-        help="a path, or a shipped name such as strong; twice: two models side by side",
-    )
-    parser.add_argument("--host", default="127.0.0.1", help="default: only this machine")
-    parser.add_argument(
-        "--port", type=whole(0, 65535), default=8080, help="0: any free one (default: 8080)"
-    )
-    parser.add_argument(
-        "--robot", default="pepper", metavar="ROBOT", help="pepper, PATH.urdf or NAME_description"
-    )
-    parser.add_argument("--data", metavar="CSV", help="the training motions, as targets")
-    parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
-    add_seed(parser)
-    return parser
 
 
 if __name__ == "__main__":

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
+from cyclopts import Parameter
+
+from ...core.csv_table import Unit, read_csv_bytes
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import Motion, read_motion
-from .command import (
-    Command,
-    add_checkpoint,
-    add_device,
-    add_init,
-    add_seed,
-    add_unit,
+from ...core.motion import MAX_CSV_BYTES, Motion, read_motion
+from .flags import (
+    FLAGS,
+    AngleUnit,
+    Checkpoint,
+    Device,
+    Init,
+    Seed,
     load_model,
+    read_by,
     real,
     whole,
 )
@@ -32,52 +36,57 @@ MAX_ITERATIONS = 100_000
 MAX_TRIALS = 1_000
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoint(parser)
-    parser.add_argument("motion", metavar="x.csv", help="the motion to recognise")
-    add_unit(parser)
-    add_init(parser, default="learned")
-    parser.add_argument(
-        "--candidates",
-        type=whole(1, MAX_CANDIDATES),
-        default=100,
-        help="draws of the warm start random; default: 100",
-    )
-    parser.add_argument(
-        "--observed",
-        type=real(above=0.0, maximum=1.0),
-        default=0.8,
-        help="share of the frames that is seen; default: 0.8",
-    )
-    parser.add_argument("--iterations", type=whole(1, MAX_ITERATIONS), default=100)
-    parser.add_argument("--trials", type=whole(1, MAX_TRIALS), default=10)
-    parser.add_argument(
-        "--method",
-        choices=("paper", "lm"),
-        default="paper",
-        help="paper: the published procedure (default); lm: Levenberg-Marquardt without sampling, "
-        "its trials start from the closest learned mu",
-    )
-    add_seed(parser)
-    add_device(parser)
-    parser.add_argument("--out", required=True, metavar="R.npz")
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How to recognise."""
+
+    init: Init = "learned"
+    candidates: Annotated[
+        int,
+        read_by(whole(1, MAX_CANDIDATES), metavar="N", help="draws of the warm start random"),
+    ] = 100
+    observed: Annotated[
+        float,
+        read_by(
+            real(above=0.0, maximum=1.0), metavar="SHARE", help="share of the frames that is seen"
+        ),
+    ] = 0.8
+    iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS), metavar="N")] = 100
+    trials: Annotated[int, read_by(whole(1, MAX_TRIALS), metavar="N")] = 10
+    method: Annotated[
+        Literal["paper", "lm"],
+        Parameter(
+            help="paper: the published procedure; lm: Levenberg-Marquardt without sampling, its "
+            "trials start from the closest learned mu"
+        ),
+    ] = "paper"
+    seed: Seed = 0
 
 
-def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion) -> None:
-    """`read` takes the arguments of `read_motion`, and may know more kinds of files."""
-    out = Path(arguments.out)
+def run(
+    motion: Annotated[Path, Parameter(help="the motion to recognise: a CSV file, or an export")],
+    /,
+    settings: Settings | None = None,
+    *,
+    ckpt: Checkpoint,
+    unit: AngleUnit = "radians",
+    device: Device = "auto",
+    out: Annotated[Path, Parameter(metavar="R.npz")],
+) -> None:
+    settings = settings or Settings()
     if out.suffix.lower() != ".npz":
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
-    model, _ = load_model(arguments.ckpt)
-    motion = read(arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit)
+    model, _ = load_model(ckpt)
+    target = read_motion_file(motion, model.info.joints, fps=model.info.fps, unit=unit)
 
     from ...core.device import choose_device
     from ...core.recognition import RecognitionResult
 
-    model.to(choose_device(arguments.device))
-    steps = _steps(model, motion, arguments)
-    result = RecognitionResult.from_steps(steps_bar(steps, arguments.iterations, "recognising"))
+    model.to(choose_device(device))
+    steps = _steps(model, target, settings)
+    result = RecognitionResult.from_steps(steps_bar(steps, settings.iterations, "recognising"))
     with replacing(out) as beside:
         result.save(beside)
     trials, iterations = result.loss.shape
@@ -91,24 +100,31 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
         )
 
 
-def _steps(
-    model: RNNPB, motion: Motion, arguments: argparse.Namespace
-) -> Iterator[RecognitionStep]:
+def read_motion_file(path: Path, joints: tuple[str, ...], *, fps: float, unit: Unit) -> Motion:
+    """A motion from a CSV file, or from a JSON or NAOqi export; arguments as `read_motion`."""
+    if path.suffix.lower() not in (".json", ".py"):
+        return read_motion(path, joints, fps=fps, unit=unit)
+    if unit != "radians":
+        raise InputError(f"{path.name} is an export and in radians")
+    from ...robot.importing import import_motion  # the robot takes a second to import
+
+    content = read_csv_bytes(path, MAX_CSV_BYTES)
+    return import_motion(content, path.suffix, joints, name=path.stem, source=path.name, fps=fps)
+
+
+def _steps(model: RNNPB, motion: Motion, settings: Settings) -> Iterator[RecognitionStep]:
     from ...core.recognition import RecognitionConfig, recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
 
-    if arguments.method == "lm":
-        lm = LMConfig(arguments.trials, arguments.observed, arguments.iterations)
+    if settings.method == "lm":
+        lm = LMConfig(settings.trials, settings.observed, settings.iterations)
         return recognize_lm(model, motion.positions, lm)
     config = RecognitionConfig(
-        init=arguments.init,
-        candidates=arguments.candidates,
-        observed=arguments.observed,
-        iterations=arguments.iterations,
-        trials=arguments.trials,
-        seed=arguments.seed,
+        init=settings.init,
+        candidates=settings.candidates,
+        observed=settings.observed,
+        iterations=settings.iterations,
+        trials=settings.trials,
+        seed=settings.seed,
     )
     return recognize(model, motion.positions, config)
-
-
-COMMAND = Command("recognize", "Find the PB that explains a motion.", add_arguments, run)

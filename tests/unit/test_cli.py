@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 import torch
 
-from rnnpb_explorer.app.commands import COMMANDS
-from rnnpb_explorer.app.commands.command import Command
-from rnnpb_explorer.app.commands.main import main as run_command
+from rnnpb_explorer.app.commands.answer import answer, make_app
+from rnnpb_explorer.app.commands.main import COMMANDS
 from rnnpb_explorer.core import InputError, read_motion, save_checkpoint
 
 from .cli_harness import Rnnpb
 
-RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot")
+RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.main")
 
 
 # How it answers
@@ -28,8 +27,7 @@ RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot")
 def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
     outcome = rnnpb("--help")
     assert outcome.code == 0
-    for command in (*COMMANDS, "screenshot"):
-        name = command if isinstance(command, str) else command.name
+    for name in COMMANDS:
         assert f"    {name}" in outcome.out
         assert rnnpb(name, "--help").code == 0
     assert rnnpb("--version").out.startswith("rnnpb ")
@@ -58,7 +56,7 @@ def test_bad_calls_end_in_one_line(rnnpb: Rnnpb, flags: list[str], words: str) -
 
 def test_bad_flags_are_found_before_torch_is_imported() -> None:
     code = (
-        "import sys; from rnnpb_explorer.app.commands.screenshot import main;"
+        "import sys; from rnnpb_explorer.app.commands.main import main;"
         "codes = [main(['--help']), main(['train', '--data', 'd', '--epochs', '0'])];"
         "sys.exit(codes != [0, 2] or 'torch' in sys.modules)"
     )
@@ -111,11 +109,13 @@ def test_whatever_a_command_raises(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def run(arguments: object) -> None:
+    app = make_app("rnnpb", "Fails.")
+
+    @app.command(name="test")
+    def run() -> None:
         raise error
 
-    command = Command("test", "Fail.", lambda parser: None, run)
-    assert run_command(["test"], [command]) == code
+    assert answer(app, ["test"]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
     assert line in captured.err
@@ -123,7 +123,7 @@ def test_whatever_a_command_raises(
     if code == 1:
         monkeypatch.setenv("RNNPB_TRACEBACK", "1")
         with pytest.raises(IndexError):
-            run_command(["test"], [command])
+            answer(app, ["test"])
 
 
 # info
