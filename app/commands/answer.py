@@ -6,44 +6,38 @@ reader of a pipe has gone, 1 a fault of the program itself.
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from cyclopts import App, Argument, CycloptsError, Parameter, Token
 from cyclopts import exceptions as refused
+from cyclopts.help import DefaultFormatter, PanelSpec
+from rich.box import Box
 
 from ...core.errors import InputError
 from ...core.threads import wait_without_spinning
+from .flags import shown_default
 
 SUCCESS, FAULT, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
+NO_BOX = Box("    \n" * 8)
 
 
-def make_app(name: str, summary: str, **settings: Any) -> App:
+def make_app(name: str, summary: str) -> App:
     """A command line in the way of this program: plain help, no abbreviations, no `--no-...`."""
     return App(
         name=name,
         help=summary,
-        help_format="plaintext",
-        help_formatter=plain_panel,
-        default_parameter=Parameter(negative=(), allow_repeating=True),
-        **settings,
+        version=lambda: f"{name} {importlib.metadata.version('rnnpb-explorer')}",
+        help_format="markdown",  # as docstrings are: a line may end anywhere
+        help_formatter=DefaultFormatter(panel_spec=PanelSpec(box=NO_BOX, padding=(0, 0, 0, 3))),
+        default_parameter=Parameter(
+            negative=(),
+            allow_repeating=True,  # the last one counts
+            show_default=shown_default,
+        ),
     )
-
-
-def plain_panel(console: Any, options: Any, panel: Any) -> None:
-    """A list of commands or flags without a box around it."""
-    from cyclopts.help import DescriptionRenderer, NameRenderer
-    from rich.padding import Padding
-    from rich.table import Table
-
-    table = Table.grid(padding=(0, 2), expand=True)
-    table.add_column(max_width=24)
-    table.add_column(ratio=1)
-    for entry in panel.entries:
-        table.add_row(NameRenderer(24)(entry), DescriptionRenderer()(entry))
-    console.print(f"{panel.title}:", Padding(table, (0, 0, 1, 4)), sep="\n", highlight=False)
 
 
 def answer(app: App, argv: Sequence[str] | None = None) -> int:
@@ -59,7 +53,8 @@ def answer(app: App, argv: Sequence[str] | None = None) -> int:
         command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
     except CycloptsError as error:
-        return _fail(called, f"{_complaint(error, argv)} ({_help(called, error)} lists the flags)")
+        asked = " ".join((called, *(error.command_chain or ())))
+        return _fail(called, f"{_complaint(error, argv)} ({asked} --help lists the flags)")
     except InputError as error:
         return _fail(called, str(error))
     except KeyboardInterrupt as interruption:
@@ -87,10 +82,6 @@ def _fail(called: str, message: str, code: int = BAD_INPUT) -> int:
     line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
     print(f"{called}: {line}", file=sys.stderr)
     return code
-
-
-def _help(called: str, error: CycloptsError) -> str:
-    return " ".join((called, *(error.command_chain or ()), "--help"))
 
 
 def _complaint(error: CycloptsError, argv: Sequence[str]) -> str:
@@ -124,10 +115,11 @@ def _complaint(error: CycloptsError, argv: Sequence[str]) -> str:
 
 
 def _missing(app: App, first: str, argv: Sequence[str]) -> str:
-    """The flags that a command needs and that are not there, `first` among them."""
+    """What a command needs and did not get: `first`, and every flag that is not in `argv`."""
     given = {word.split("=")[0] for word in argv}
+    needed = (each for each in app.assemble_argument_collection() if each.required)
     return ", ".join(
-        argument.name
-        for argument in app.assemble_argument_collection()
-        if argument.required and (argument.name == first or given.isdisjoint(argument.names))
+        each.name
+        for each in needed
+        if each.name == first or (each.name.startswith("--") and given.isdisjoint(each.names))
     )

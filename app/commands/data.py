@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from .flags import note
 
 
-def run(
-    *,
-    path: Annotated[
-        Path | None,
-        Parameter(
-            metavar="P",
-            help="take the files from this folder (or clone of the published repository) instead "
-            "of downloading them",
-        ),
-    ] = None,
-) -> None:
+def run(*, path: Path | None = None) -> None:
+    """Print where the files are, fetched or taken, and on stderr what their licence asks for.
+
+    Args:
+        path: take the files from this folder (or clone of the published repository) instead of
+            downloading them
+    """
     from ...core.rebl_pepper import LICENCE, fetch, take
 
     folder = fetch() if path is None else take(path)

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
-
 from ...core.files import check_writable
 from .flags import (
     FLAGS,
@@ -42,47 +40,30 @@ TASKS = ("reconstruction", "recognition", "structure")
 @FLAGS
 @dataclass(frozen=True, kw_only=True)
 class Flags:
-    """What to measure, and how."""
+    """What to measure, and how.
+
+    Args:
+        task: reconstruction (Table I), recognition (Table II), structure (scale and landscapes of
+            the latent space), or several of them
+        samples: reconstruction: PBs a motion
+        draws: recognition: sets of ten novel patterns, by seed, seed + 1, ..
+        trials: recognition: of a pattern
+        iterations: recognition: of a trial
+        lm: recognition: Levenberg-Marquardt, too, from as many learned mu as there are trials
+        json: write the tables to this file, too
+    """
 
     ckpt: Checkpoints
     data: Data
-    task: Annotated[
-        tuple[str, ...],
-        read_by(
-            several(one_of("task", TASKS)),
-            metavar="T,..",
-            help="reconstruction (Table I), recognition (Table II), structure (scale and "
-            "landscapes of the latent space), or several of them; default: reconstruction",
-            show_default=False,
-        ),
-    ] = TASKS[:1]
-    samples: Annotated[
-        int, read_by(whole(1, 10_000), metavar="N", help="reconstruction: PBs a motion")
-    ] = 100
-    draws: Annotated[
-        int,
-        read_by(
-            whole(1, 1_000),
-            metavar="N",
-            help="recognition: sets of ten novel patterns, by seed, seed + 1, ..",
-        ),
-    ] = 1
-    trials: Annotated[
-        int, read_by(whole(1, 1_000), metavar="N", help="recognition: of a pattern")
-    ] = 10
-    iterations: Annotated[
-        int, read_by(whole(1, 100_000), metavar="N", help="recognition: of a trial")
-    ] = 100
-    lm: Annotated[
-        bool,
-        Parameter(
-            help="recognition: Levenberg-Marquardt, too, from as many learned mu as there are "
-            "trials"
-        ),
-    ] = False
+    task: Annotated[tuple[str, ...], read_by(several(one_of("task", TASKS)), "T,..")] = TASKS[:1]
+    samples: Annotated[int, read_by(whole(1, 10_000))] = 100
+    draws: Annotated[int, read_by(whole(1, 1_000))] = 1
+    trials: Annotated[int, read_by(whole(1, 1_000))] = 10
+    iterations: Annotated[int, read_by(whole(1, 100_000))] = 100
+    lm: bool = False
     seed: Seed = 0
     device: Device = "auto"
-    json: Annotated[str | None, Parameter(metavar="F", help="write the tables to F, too")] = None
+    json: str | None = None
 
 
 def run(flags: Flags) -> None:

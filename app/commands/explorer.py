@@ -8,10 +8,8 @@ import threading
 from collections.abc import Sequence
 from typing import Annotated
 
-from cyclopts import Parameter
-
 from .answer import answer, make_app
-from .flags import Device, Robot, Seed, note, read_by, whole
+from .flags import Data, Device, Robot, Seed, note, read_by, whole
 from .progress import working
 
 
@@ -26,24 +24,21 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run(
     *,
-    ckpt: Annotated[
-        tuple[str, ...],
-        Parameter(
-            metavar="C",
-            help="a path, or a shipped name such as strong; twice: two models side by side",
-        ),
-    ] = ("strong.pt",),
-    host: Annotated[
-        str, Parameter(metavar="H", help="the default: only this machine")
-    ] = "127.0.0.1",
-    port: Annotated[int, read_by(whole(0, 65535), metavar="P", help="0: any free one")] = 8080,
+    ckpt: tuple[str, ...] = ("strong.pt",),
+    host: str = "127.0.0.1",
+    port: Annotated[int, read_by(whole(0, 65535))] = 8080,
     robot: Robot = "pepper",
-    data: Annotated[
-        str | None, Parameter(metavar="CSV", help="the training motions, as targets")
-    ] = None,
+    data: Data | None = None,
     device: Device = "auto",
     seed: Seed = 0,
 ) -> None:
+    """Serve until a signal comes.
+
+    Args:
+        ckpt: a path, or a shipped name such as strong; twice: two models side by side
+        host: the address to serve on; by default only this machine reaches it
+        port: 0: any free one
+    """
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
-
-from cyclopts import Parameter
+from typing import Literal
 
 from ...core.files import check_writable, replacing
 from .flags import Robot
@@ -21,17 +19,18 @@ def run(
     *,
     format: Format = "csv",
     robot: Robot = "pepper",
-    safe_posture: Annotated[
-        bool, Parameter(help="start from and return to a safe posture")
-    ] = False,
-    beyond_limits: Annotated[
-        bool,
-        Parameter(
-            help="export the motion as it was generated, whatever limits of the robot it breaks"
-        ),
-    ] = False,
-    out: Annotated[Path, Parameter(metavar="F")],
+    safe_posture: bool = False,
+    beyond_limits: bool = False,
+    out: Path,
 ) -> None:
+    """Write the motion, and name on stderr the limits that it broke as it was generated.
+
+    Args:
+        format: of the file
+        safe_posture: start from and return to a safe posture
+        beyond_limits: export the motion as it was generated, whatever limits it breaks
+        out: the file to write
+    """
     check_writable(out)
     from ...robot.description import load_robot
     from ...robot.export import export_motion

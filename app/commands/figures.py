@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
-
 from ...core.errors import InputError
 from .flags import FLAGS, Checkpoints, Data, Init, Seed, load_model, read_by, whole
 from .progress import progress_bar
@@ -44,33 +42,24 @@ def _names(text: str) -> tuple[str, ...]:
 @FLAGS
 @dataclass(frozen=True, kw_only=True)
 class Flags:
-    """What is drawn, and where."""
+    """What is drawn, and where.
+
+    Args:
+        motions: of Figs. 2 and 4; default: those of the paper, of other data the first six
+        pattern: motion of which Figs. 5 and 6 recognise a novel variant; default: the paper's, of
+            other data the first motion
+        iterations: of Figs. 5 and 6
+        out: a folder; made if missing
+    """
 
     ckpt: Checkpoints
     data: Data
-    motions: Annotated[
-        tuple[str, ...] | None,
-        read_by(
-            _names,
-            metavar="NAME,..",
-            help="motions of Figs. 2 and 4; default: those of the paper, of other data the first "
-            "six",
-        ),
-    ] = None
-    pattern: Annotated[
-        str | None,
-        Parameter(
-            metavar="NAME",
-            help="motion of which Figs. 5 and 6 recognise a novel variant; default: "
-            f"{PATTERN_OF}, of other data the first motion",
-        ),
-    ] = None
+    motions: Annotated[tuple[str, ...] | None, read_by(_names, "NAME,..")] = None
+    pattern: str | None = None
     init: Init = "baseline"
-    iterations: Annotated[int, read_by(whole(2, 100_000), metavar="N", help="of Figs. 5 and 6")] = (
-        100
-    )
+    iterations: Annotated[int, read_by(whole(2, 100_000))] = 100
     seed: Seed = 0
-    out: Annotated[Path, Parameter(metavar="DIR", help="a folder; made if missing")]
+    out: Path
 
 
 def run(flags: Flags) -> None:

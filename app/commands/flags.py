@@ -22,16 +22,34 @@ MAX_COMPONENT = 1e6  # of mu or sigma; beyond it the network only saturates
 FLAGS = Parameter(name="*")
 
 
-def read_by(parse: Callable[[str], Any], **settings: Any) -> Parameter:
+def read_by(
+    parse: Callable[[str], Any], metavar: str | None = None, shown: Any = None
+) -> Parameter:
     """A flag whose one value `parse` reads; it raises ValueError, in words that say what is right.
 
     A value may begin with a minus; of a flag that is given twice the last one counts.
+
+    Args:
+        shown: the default as a person would write it, where Python writes it in another way.
     """
 
     def convert(type_: Any, tokens: tuple[Token, ...]) -> Any:
         return parse(tokens[-1].value)
 
-    return Parameter(converter=convert, n_tokens=1, allow_leading_hyphen=True, **settings)
+    return Parameter(
+        converter=convert,
+        n_tokens=1,
+        allow_leading_hyphen=True,
+        metavar=metavar,
+        show_default=shown or shown_default,
+    )
+
+
+def shown_default(value: object) -> str | None:
+    """The default of a flag as the help shows it; none for switches, and for what is not given."""
+    if value is None or value is False:
+        return None
+    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def whole(minimum: int, maximum: int) -> Callable[[str], int]:
@@ -69,6 +87,9 @@ def real(
     return parse
 
 
+SEEDS = whole(0, 2**32 - 1)
+
+
 def reals(minimum: float = -MAX_COMPONENT) -> Callable[[str], tuple[float, ...]]:
     """Reads numbers separated by commas."""
     parse_one = real(minimum, MAX_COMPONENT)
@@ -91,38 +112,28 @@ def one_of(what: str, names: tuple[str, ...]) -> Callable[[str], str]:
     return parse
 
 
+# The names in lists are those of core/device.py and core/recognition.py, which load torch.
 Checkpoint = Annotated[
-    str,
-    Parameter(
-        name="ckpt",
-        metavar="C",
-        help="a checkpoint file, or a shipped one's name (strong.pt, strong)",
-    ),
+    str, Parameter(name="ckpt", help="a checkpoint file, or a shipped one's name, such as strong")
 ]
 Checkpoints = Annotated[
     tuple[str, ...],
     Parameter(
         name="ckpt",
-        metavar="C..",
         consume_multiple=(1, None),
         help="checkpoint files or names of shipped ones, in the order in which they are shown",
     ),
 ]
 Data = Annotated[
-    str,
-    Parameter(metavar="D", help="REBL-Pepper's data_raw.csv, or a folder of one CSV file a motion"),
+    str, Parameter(help="REBL-Pepper's data_raw.csv, or a folder of one CSV file a motion")
 ]
-# The names are those of core/device.py, core/recognition.py and robot/export.py, which load torch.
 Device = Annotated[Literal["auto", "cpu", "cuda"], Parameter(help="where torch computes")]
 Init = Annotated[
     Literal["baseline", "learned", "random"],
-    Parameter(
-        help="warm start of a recognition: mu = 0, the best learned mu, the best of random draws"
-    ),
+    Parameter(help="warm start of a recognition: mu = 0, best learned mu, best of random draws"),
 ]
-Robot = Annotated[str, Parameter(metavar="R", help="pepper, PATH.urdf or NAME_description")]
-SEEDS = whole(0, 2**32 - 1)
-Seed = Annotated[int, read_by(SEEDS, metavar="S", help="of the random numbers")]
+Robot = Annotated[str, Parameter(help="pepper, PATH.urdf or NAME_description")]
+Seed = Annotated[int, read_by(SEEDS), Parameter(help="of the random numbers")]
 AngleUnit = Annotated[Unit, Parameter(help="of the angles in the CSV file")]
 
 

@@ -35,33 +35,22 @@ def _sigma(text: str) -> tuple[float, ...] | None:
 @Parameter(name="*", validator=_motion_or_mu)
 @dataclass(frozen=True, kw_only=True)
 class ChosenPB:
-    """The PB to generate from, and how long; the flags of every command that makes motions."""
+    """The PB to generate from, and how long; the flags of every command that makes motions.
+
+    Args:
+        motion: a learned motion, by name or index from 0
+        mu: the mean of the PB, instead of --motion
+        sigma: standard deviation of the PB, one for all or one a dimension
+        steps: frames; default: as long as the learned motion, 150 where that is not known
+    """
 
     ckpt: Checkpoint
-    motion: Annotated[
-        str | None, Parameter(metavar="NAME", help="a learned motion, by name or index from 0")
-    ] = None
-    mu: Annotated[
-        tuple[float, ...] | None,
-        read_by(reals(), metavar="a,b,..", help="the mean of the PB, instead of --motion"),
-    ] = None
+    motion: str | None = None
+    mu: Annotated[tuple[float, ...] | None, read_by(reals(), "a,b,..")] = None
     sigma: Annotated[  # None: the learned one
-        tuple[float, ...] | None,
-        read_by(
-            _sigma,
-            metavar="s|a,b,..|learned",
-            help="standard deviation of the PB, one for all or one a dimension; default: 0",
-            show_default=False,
-        ),
+        tuple[float, ...] | None, read_by(_sigma, "s|a,b,..|learned")
     ] = (0.0,)
-    steps: Annotated[
-        int | None,
-        read_by(
-            whole(1, MAX_FRAMES),
-            metavar="T",
-            help="frames; default: as long as the learned motion, 150 where that is not known",
-        ),
-    ] = None
+    steps: Annotated[int | None, read_by(whole(1, MAX_FRAMES))] = None
     seed: Seed = 0
     data: Data | None = None
     device: Device = "auto"
@@ -70,11 +59,15 @@ class ChosenPB:
 def run(
     chosen: ChosenPB,
     *,
-    samples: Annotated[int, read_by(whole(1, MAX_SAMPLES), metavar="N")] = 1,
-    out: Annotated[
-        Path, Parameter(metavar="x.csv", help="with several samples: x-0.csv, x-1.csv, ..")
-    ],
+    samples: Annotated[int, read_by(whole(1, MAX_SAMPLES))] = 1,
+    out: Path,
 ) -> None:
+    """Write one motion or several.
+
+    Args:
+        samples: how many motions
+        out: x.csv; with several samples x-0.csv, x-1.csv, ..
+    """
     paths = _paths(out, samples)
     for path in paths:
         check_writable(path)

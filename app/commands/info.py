@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from json import dumps
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Any
 
 from .flags import Checkpoint, Data, load_model
 
@@ -13,12 +11,12 @@ if TYPE_CHECKING:
     from ...core.model import RNNPB
 
 
-def run(
-    *,
-    ckpt: Checkpoint,
-    data: Data | None = None,
-    json: Annotated[bool, Parameter(help="print one JSON object")] = False,
-) -> None:
+def run(*, ckpt: Checkpoint, data: Data | None = None, json: bool = False) -> None:
+    """Print what the checkpoint holds, for people or programs.
+
+    Args:
+        json: print one JSON object
+    """
     model, _ = load_model(ckpt, data)
     facts = describe(model)
     if json:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import Parameter
-
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...core.motion import read_motion
@@ -55,42 +53,28 @@ def _radius(text: str) -> Radius:
 def run(
     *,
     ckpt: Checkpoint,
-    motion: Annotated[
-        str, Parameter(metavar="NAME", help="a learned motion, by name or index from 0")
-    ],
-    target: Annotated[
-        str | None,
-        Parameter(
-            metavar="x.csv",
-            help="the motion to compare with; default: NAME from --data, else the model's own "
-            "reconstruction of NAME",
-        ),
-    ] = None,
+    motion: str,
+    target: str | None = None,
     unit: AngleUnit = "radians",
-    axes: Annotated[
-        tuple[int, ...],
-        read_by(
-            _axes,
-            metavar="1,2|pca",
-            help="two components of the PB counted from 1, or the two principal ones; default: 1,2",
-            show_default=False,
-        ),
-    ] = (0, 1),
-    radius: Annotated[
-        Radius,
-        read_by(
-            _radius,
-            metavar="r|r sd",
-            help="half of the window; 0.7sd is in standard deviations of the learned mu, the mean "
-            "over components; default: 1.0",
-            show_default=False,
-        ),
-    ] = (1.0, "absolute"),
-    grid: Annotated[int, read_by(whole(2, MAX_GRID), metavar="N", help="points a side")] = 20,
+    axes: Annotated[tuple[int, ...], read_by(_axes, "1,2|pca", shown="1,2")] = (0, 1),
+    radius: Annotated[Radius, read_by(_radius, "r|r sd", shown="1.0")] = (1.0, "absolute"),
+    grid: Annotated[int, read_by(whole(2, MAX_GRID))] = 20,
     data: Data | None = None,
     device: Device = "auto",
-    out: Annotated[Path, Parameter(metavar="L.npz|L.png")],
+    out: Path,
 ) -> None:
+    """Write the landscape as numbers or a picture, and print its measures.
+
+    Args:
+        motion: a learned motion, by name or index from 0
+        target: the motion to compare with; default: NAME from --data, else the model's own
+            reconstruction of NAME
+        axes: two components of the PB counted from 1, or the two principal ones
+        radius: half of the window; 0.7sd is in standard deviations of the learned mu, the mean
+            over components
+        grid: points a side
+        out: L.npz or L.png
+    """
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"--out {out}: a landscape is written as {' or '.join(SUFFIXES)}")
     check_writable(out)

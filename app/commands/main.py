@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import sys
 from collections.abc import Sequence
 
@@ -26,15 +25,11 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code; nothing is raised for bad input."""
-    app = make_app("rnnpb", "Stochastic RNNPB models without a browser.", version=_version)
+    app = make_app("rnnpb", "Stochastic RNNPB models without a browser.")
     for place, (name, summary) in enumerate(COMMANDS.items()):
         # By its path: a command's module is imported when it is asked for.
         app.command(f"{__package__}.{name}:run", name=name, help=summary, sort_key=place)
     return answer(app, argv)
-
-
-def _version() -> str:
-    return f"rnnpb {importlib.metadata.version('rnnpb-explorer')}"
 
 
 if __name__ == "__main__":

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
-
 from ...core.csv_table import Unit, read_csv_bytes
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
@@ -39,41 +37,40 @@ MAX_TRIALS = 1_000
 @FLAGS
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How to recognise."""
+    """How to recognise.
+
+    Args:
+        candidates: draws of the warm start random
+        observed: share of the frames that is seen
+        method: paper is the published procedure; lm is Levenberg-Marquardt without sampling, whose
+            trials start from the closest learned mu
+    """
 
     init: Init = "learned"
-    candidates: Annotated[
-        int,
-        read_by(whole(1, MAX_CANDIDATES), metavar="N", help="draws of the warm start random"),
-    ] = 100
-    observed: Annotated[
-        float,
-        read_by(
-            real(above=0.0, maximum=1.0), metavar="SHARE", help="share of the frames that is seen"
-        ),
-    ] = 0.8
-    iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS), metavar="N")] = 100
-    trials: Annotated[int, read_by(whole(1, MAX_TRIALS), metavar="N")] = 10
-    method: Annotated[
-        Literal["paper", "lm"],
-        Parameter(
-            help="paper: the published procedure; lm: Levenberg-Marquardt without sampling, its "
-            "trials start from the closest learned mu"
-        ),
-    ] = "paper"
+    candidates: Annotated[int, read_by(whole(1, MAX_CANDIDATES))] = 100
+    observed: Annotated[float, read_by(real(above=0.0, maximum=1.0))] = 0.8
+    iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS))] = 100
+    trials: Annotated[int, read_by(whole(1, MAX_TRIALS))] = 10
+    method: Literal["paper", "lm"] = "paper"
     seed: Seed = 0
 
 
 def run(
-    motion: Annotated[Path, Parameter(help="the motion to recognise: a CSV file, or an export")],
+    motion: Path,
     /,
     settings: Settings | None = None,
     *,
     ckpt: Checkpoint,
     unit: AngleUnit = "radians",
     device: Device = "auto",
-    out: Annotated[Path, Parameter(metavar="R.npz")],
+    out: Path,
 ) -> None:
+    """Write every trial's path, and print how well the last and the best iterates explain it.
+
+    Args:
+        motion: the motion to recognise: a CSV file, or an export
+        out: R.npz
+    """
     settings = settings or Settings()
     if out.suffix.lower() != ".npz":
         raise InputError(f"--out {out}: the name of a result ends in .npz")

@@ -6,8 +6,6 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from .flags import Data, Robot, read_by, whole
@@ -31,28 +29,25 @@ def _size(text: str) -> tuple[int, int]:
 
 def run(
     *,
-    ckpt: Annotated[
-        tuple[str, ...],
-        Parameter(
-            metavar="C",
-            help="a checkpoint file, or the name of a shipped one; twice: two models side by side",
-        ),
-    ] = ("strong.pt",),
-    motion: Annotated[
-        str | None, Parameter(metavar="NAME", help="a learned motion, by name or index")
-    ] = None,
-    frame: Annotated[int | None, read_by(whole(0, 1_000_000), metavar="N")] = None,
-    state: Annotated[
-        str | None, Parameter(metavar="CODE", help="a state code, copied from the app")
-    ] = None,
-    size: Annotated[
-        tuple[int, int],
-        read_by(_size, metavar="WxH", help="default: 1280x720", show_default=False),
-    ] = (1280, 720),
+    ckpt: tuple[str, ...] = ("strong.pt",),
+    motion: str | None = None,
+    frame: Annotated[int | None, read_by(whole(0, 1_000_000))] = None,
+    state: str | None = None,
+    size: Annotated[tuple[int, int], read_by(_size, "WxH", shown="1280x720")] = (1280, 720),
     data: Data | None = None,
     robot: Robot = "pepper",
-    out: Annotated[Path, Parameter(metavar="p.png")],
+    out: Path,
 ) -> None:
+    """Write the picture once the landscape is complete and the page stands still.
+
+    Args:
+        ckpt: a checkpoint file, or the name of a shipped one; twice: two models side by side
+        motion: a learned motion, by name or index
+        frame: where the motion is paused
+        state: a state code, copied from the app
+        size: of the page in pixels
+        out: p.png
+    """
     if out.suffix.lower() != ".png":
         raise InputError(f"--out {out}: the name of a picture ends in .png")
     check_writable(out)

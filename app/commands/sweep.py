@@ -14,8 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Result, Sweep, attempt, grid
@@ -38,66 +36,43 @@ def _seeds(text: str) -> tuple[int, ...]:
 @FLAGS
 @dataclass(frozen=True, kw_only=True)
 class Flags:
-    """Which cells, of which size, and where they are run and kept."""
+    """Which cells, of which size, and where they are run and kept.
+
+    Args:
+        out: a folder that keeps a small file of each finished cell
+        pb_dims: dimensions of the PB
+        conditions: priors
+        seeds: how many (0 to N - 1), or which ones (a list; 7, is seed 7 alone)
+        epochs: default: the recipe's own
+        hidden_size: LSTM units
+        samples: PBs a motion
+        jobs: cells at a time, one thread each; default: one for each core, a few on a GPU
+        backend: where the cells are run
+        scheduler: address of a running Dask or Ray cluster; default: one on this machine, for this
+            sweep
+        keep_checkpoints: keep each trained model, too
+        collect: only print what is finished; train nothing
+        json: write the table and its cells to this file, too
+    """
 
     data: Data
-    out: Annotated[str, Parameter(metavar="DIR", help="keeps a small file of each finished cell")]
-    pb_dims: Annotated[
-        tuple[int, ...],
-        read_by(
-            several(whole(1, 128)),
-            metavar="D,..",
-            help="default: those of the paper, " + ",".join(map(str, PB_DIMS)),
-            show_default=False,
-        ),
-    ] = PB_DIMS
+    out: str
+    pb_dims: Annotated[tuple[int, ...], read_by(several(whole(1, 128)), "D,..")] = PB_DIMS
     conditions: Annotated[
         tuple[str, ...],
-        read_by(
-            several(one_of("condition", tuple(CONDITIONS))),
-            metavar="C,..",
-            help="default: " + ",".join(CONDITIONS),
-            show_default=False,
-        ),
+        read_by(several(one_of("condition", tuple(CONDITIONS))), "C,.."),
     ] = tuple(CONDITIONS)
-    seeds: Annotated[
-        tuple[int, ...],
-        read_by(
-            _seeds,
-            metavar="N|S,..",
-            help="how many (0 to N - 1), or which ones (a list; 7, is seed 7 alone); default: 1",
-            show_default=False,
-        ),
-    ] = (0,)
-    epochs: Annotated[
-        int | None,
-        read_by(whole(1, 10_000_000), metavar="N", help="default: the recipe's own"),
-    ] = None
-    hidden_size: Annotated[int, read_by(whole(1, 4096), metavar="N", help="LSTM units")] = 256
-    samples: Annotated[int, read_by(whole(1, 10_000), metavar="N", help="PBs a motion")] = 100
-    jobs: Annotated[
-        int | None,
-        read_by(
-            whole(1, 10_000),
-            metavar="N",
-            help="cells at a time, one thread each; default: one for each core, "
-            f"{GPU_JOBS} on a GPU",
-        ),
-    ] = None
-    backend: Annotated[Backend, Parameter(help="where the cells are run")] = "loky"
-    scheduler: Annotated[
-        str | None,
-        Parameter(
-            metavar="ADDRESS",
-            help="of a running Dask or Ray cluster; default: one on this machine, for this sweep",
-        ),
-    ] = None
+    seeds: Annotated[tuple[int, ...], read_by(_seeds, "N|S,..", shown="1")] = (0,)
+    epochs: Annotated[int | None, read_by(whole(1, 10_000_000))] = None
+    hidden_size: Annotated[int, read_by(whole(1, 4096))] = 256
+    samples: Annotated[int, read_by(whole(1, 10_000))] = 100
+    jobs: Annotated[int | None, read_by(whole(1, 10_000))] = None
+    backend: Backend = "loky"
+    scheduler: str | None = None
     device: Device = "auto"
-    keep_checkpoints: Annotated[bool, Parameter(help="keep each trained model in DIR, too")] = False
-    collect: Annotated[bool, Parameter(help="only print what is finished; train nothing")] = False
-    json: Annotated[
-        str | None, Parameter(metavar="F", help="write the table and its cells to F, too")
-    ] = None
+    keep_checkpoints: bool = False
+    collect: bool = False
+    json: str | None = None
 
 
 @dataclass

@@ -13,8 +13,6 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import Parameter
-
 from ...core.errors import InputError
 from ...core.files import check_writable
 from .flags import FLAGS, SEEDS, Data, Device, read_by, real, whole
@@ -31,44 +29,33 @@ SAVE_EVERY = 120.0  # seconds between saves of the resumable state: what a power
 @FLAGS
 @dataclass(frozen=True, kw_only=True)
 class Flags:
-    """What is trained; None is not given, which --resume and --recipe must know."""
+    """What is trained. None is not given, which --resume and --recipe must know.
+
+    Args:
+        recipe: train as the shipped checkpoint of that name was; other flags change it
+        behavior: default: stochastic
+        beta: weight of the KL term (eq. 3); default: 1e-3
+        pb_dim: dimensions of the PB; default: 4
+        hidden_size: LSTM units; default: 256
+        samples: PBs sampled a motion and epoch, in mirrored pairs; default: 1; 2 pays off where
+            sigma is large, as with beta = 1e-3
+        seed: of the random numbers; default: 0
+        resume: go on with the interrupted run in this file
+        out: C.pt
+    """
 
     data: Data
-    recipe: Annotated[
-        Literal["strong", "weak", "zero", "deterministic"] | None,
-        Parameter(help="train as the shipped checkpoint of that name was; other flags change it"),
-    ] = None
-    behavior: Annotated[
-        Literal["stochastic", "deterministic"] | None, Parameter(help="default: stochastic")
-    ] = None
-    beta: Annotated[
-        float | None,
-        read_by(
-            real(0.0, 1e6), metavar="BETA", help="weight of the KL term (eq. 3); default: 1e-3"
-        ),
-    ] = None
-    pb_dim: Annotated[int | None, read_by(whole(1, 128), metavar="D", help="default: 4")] = None
-    hidden_size: Annotated[
-        int | None, read_by(whole(1, 4096), metavar="N", help="LSTM units; default: 256")
-    ] = None
-    epochs: Annotated[int | None, read_by(whole(1, 10_000_000), metavar="N")] = None
-    samples: Annotated[
-        int | None,
-        read_by(
-            whole(1, 100),
-            metavar="N",
-            help="PBs sampled a motion and epoch, in mirrored pairs; default: 1; 2 pays off where "
-            "sigma is large, as with beta = 1e-3",
-        ),
-    ] = None
-    seed: Annotated[
-        int | None, read_by(SEEDS, metavar="S", help="of the random numbers; default: 0")
-    ] = None
-    resume: Annotated[
-        Path | None, Parameter(metavar="P", help="go on with the interrupted run in P")
-    ] = None
+    recipe: Literal["strong", "weak", "zero", "deterministic"] | None = None
+    behavior: Literal["stochastic", "deterministic"] | None = None
+    beta: Annotated[float | None, read_by(real(0.0, 1e6))] = None
+    pb_dim: Annotated[int | None, read_by(whole(1, 128))] = None
+    hidden_size: Annotated[int | None, read_by(whole(1, 4096))] = None
+    epochs: Annotated[int | None, read_by(whole(1, 10_000_000))] = None
+    samples: Annotated[int | None, read_by(whole(1, 100))] = None
+    seed: Annotated[int | None, read_by(SEEDS)] = None
+    resume: Path | None = None
     device: Device = "auto"
-    out: Annotated[Path, Parameter(metavar="C.pt")]
+    out: Path
 
 
 def run(flags: Flags) -> None:

@@ -39,8 +39,13 @@ def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
         ([], "rnnpb: the following arguments are required: COMMAND"),
         (["fly"], "invalid choice: 'fly'"),
         (["info"], "the following arguments are required: --ckpt"),
+        (["generate", "--mu", "0"], "the following arguments are required: --ckpt, --out"),
+        (["recognize", "--out", "R.npz"], "the following arguments are required: MOTION, --ckpt"),
+        (["recognize", "x.csv"], "the following arguments are required: --ckpt, --out"),
         (["info", "--ckpt"], "argument --ckpt: expected one argument"),
         (["info", "--ckpt", "tiny.pt", "--jso"], "unrecognized arguments: --jso"),
+        (["info", "--ckpt", "tiny.pt", "--no-json"], "unrecognized arguments: --no-json"),
+        (["info", "--ckpt", "tiny.pt", "wave"], "unrecognized arguments: wave"),
         (["info", "--ckpt", "stronk"], "no checkpoint 'stronk'; shipped with the package: "),
         (["info", "--ckpt", "data/wave.csv"], "is no checkpoint"),
         (["info", "--ckpt", "tiny.pt", "--data", "none"], "no data at none"),
@@ -52,6 +57,27 @@ def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
 )
 def test_bad_calls_end_in_one_line(rnnpb: Rnnpb, flags: list[str], words: str) -> None:
     assert words in rnnpb.refuses(*flags)
+
+
+def test_the_help_of_a_command(rnnpb: Rnnpb) -> None:
+    """What each flag takes and where it stands without, in plain lines."""
+    out = " ".join(rnnpb("landscape", "--help").out.split())
+    for words in (
+        "Usage: rnnpb landscape --ckpt STR --motion STR --out PATH [OPTIONS]",
+        "--axes 1,2|pca two components of the PB counted from 1",
+        "[default: 1,2]",
+        "--grid INT points a side [default: 20]",
+        "[choices: auto, cpu, cuda] [default: auto]",
+        "own reconstruction of NAME",  # the end of two lines in the source
+    ):
+        assert words in out
+    assert not {"╭", "│"} & set(out)
+
+
+def test_the_last_of_a_repeated_flag_counts(rnnpb: Rnnpb) -> None:
+    flags = ("--ckpt", "none.pt", "--ckpt", "tiny.pt", "--motion", "rest", "--motion", "bow")
+    outcome = rnnpb("generate", *flags, "--steps", 3, "--steps=4", "--out", "x.csv")
+    assert (outcome.code, outcome.out) == (0, "1 x 4 frames at 20 Hz: x.csv\n")
 
 
 def test_bad_flags_are_found_before_torch_is_imported() -> None:
@@ -78,9 +104,10 @@ def test_from_a_shell(rnnpb: Rnnpb) -> None:
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
-def test_a_closed_pipe_is_no_fault(rnnpb: Rnnpb) -> None:
+@pytest.mark.parametrize("flags", [("info", "--ckpt", "tiny.pt"), ("--help",)])
+def test_a_closed_pipe_is_no_fault(rnnpb: Rnnpb, flags: tuple[str, ...]) -> None:
     with subprocess.Popen(
-        [*RNNPB_COMMAND, "info", "--ckpt", "tiny.pt"],
+        [*RNNPB_COMMAND, *flags],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
