@@ -10,14 +10,9 @@ from bench_generation import frame_by_frame
 from timing import Table, best_of
 from torch import Tensor
 
-from rnnpb_explorer.core.correlation import (
-    landscape,
-    landscape_stages,
-    pearson,
-    plane,
-    unit_directions,
-)
+from rnnpb_explorer.core.correlation import landscape, landscape_stages, pearson
 from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.windows import plane, unit_directions
 
 SOME = slice(None, None, 20)  # every twentieth cell, where all would take minutes
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from timing import Table, best_of
 
 from rnnpb_explorer.core.model import RNNPB
-from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionResult, recognize
+from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_lm import recognize_lm
+from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionResult
 
 
 def run(model: RNNPB) -> Table:

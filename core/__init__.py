@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
-    from .correlation import Landscape, landscape
-    from .data import Dataset, load_dataset
+    from .correlation import landscape
+    from .data import Dataset
     from .errors import InputError
-    from .model import RNNPB, ModelConfig, ModelInfo, MotionLabel
-    from .motion import Motion, parse_motion, read_motion, write_motion
-    from .recognition import RecognitionConfig, RecognitionResult, recognize
+    from .model import RNNPB, ModelConfig, ModelInfo
+    from .motion import Motion, MotionLabel, parse_motion, read_motion, write_motion
+    from .recognition import recognize
+    from .recognition_run import RecognitionConfig, RecognitionResult
+    from .windows import Landscape
 
 __all__ = [
     "RNNPB",
@@ -31,7 +33,6 @@ __all__ = [
     "RecognitionResult",
     "landscape",
     "load_checkpoint",
-    "load_dataset",
     "parse_motion",
     "read_motion",
     "recognize",
@@ -42,12 +43,14 @@ __all__ = [
 
 _MODULES = {
     "checkpoint": ("load_checkpoint", "save_checkpoint", "shipped_checkpoints"),
-    "data": ("Dataset", "load_dataset"),
+    "correlation": ("landscape",),
+    "data": ("Dataset",),
     "errors": ("InputError",),
-    "correlation": ("Landscape", "landscape"),
-    "model": ("RNNPB", "ModelConfig", "ModelInfo", "MotionLabel"),
-    "motion": ("Motion", "parse_motion", "read_motion", "write_motion"),
-    "recognition": ("RecognitionConfig", "RecognitionResult", "recognize"),
+    "model": ("RNNPB", "ModelConfig", "ModelInfo"),
+    "motion": ("Motion", "MotionLabel", "parse_motion", "read_motion", "write_motion"),
+    "recognition": ("recognize",),
+    "recognition_run": ("RecognitionConfig", "RecognitionResult"),
+    "windows": ("Landscape",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import warnings
-
-import torch
+from typing import TYPE_CHECKING, Literal, get_args
 
 from .errors import InputError
 
-DEVICES = ("auto", "cpu", "cuda")
+if TYPE_CHECKING:
+    import torch
+
+Device = Literal["auto", "cpu", "cuda"]
+DEVICES: tuple[Device, ...] = get_args(Device)
 
 
 def choose_device(name: str) -> torch.device:
@@ -19,6 +22,8 @@ def choose_device(name: str) -> torch.device:
     Raises:
         InputError: no such device, or torch sees no GPU here.
     """
+    import torch  # takes seconds; the names above are needed at once
+
     if name not in DEVICES:
         raise InputError(f"no device {name!r}; there are: {', '.join(DEVICES)}")
     if name == "auto":

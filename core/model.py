@@ -14,6 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from .errors import InputError
+from .motion import MotionLabel
 
 Behavior = Literal["stochastic", "deterministic"]
 
@@ -37,15 +38,6 @@ class ModelConfig:
             raise InputError(f"behavior must be stochastic or deterministic, got {self.behavior!r}")
         if self.behavior == "stochastic" and not (self.beta is not None and self.beta >= 0):
             raise InputError(f"beta must be a number of at least 0, got {self.beta}")
-
-
-@dataclass(frozen=True)
-class MotionLabel:
-    """What is known of a training motion besides its frames."""
-
-    behavior_class: str  # the emotion in its name: Happy_4_tr -> Happy
-    valence: float | None = None
-    arousal: float | None = None
 
 
 @dataclass

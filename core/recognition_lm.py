@@ -22,7 +22,8 @@ from torch import Tensor
 
 from .errors import InputError
 from .model import RNNPB
-from .recognition import RecognitionStep, check_target, observed_losses, to_numpy
+from .recognition import check_target, observed_losses, to_numpy
+from .recognition_run import RecognitionStep
 
 DAMPING = 0.1  # at the start, in units of the mean diagonal of J^T J
 DAMPING_DOWN, DAMPING_UP = 0.2, 5.0  # after a step that lowered the loss, and one that did not

@@ -1,31 +1,63 @@
-"""Motions from files: CSV, and what `robot/export.py` wrote; a script is read, never run."""
+"""Motions from files: CSV, and what `export.py` wrote; a script is read, never run."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import re
+from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..core.csv_table import MAX_ANGLE
+from ..core.csv_table import Unit, implausible, read_csv_bytes
 from ..core.errors import InputError
-from ..core.motion import Motion, check_length, parse_motion
-from .export import JSON_FORMAT
+from ..core.motion import MAX_CSV_BYTES, Motion, check_length, parse_motion
+from .formats import JSON_FORMAT
+from .openings import pepper_openings
 
 MAX_BYTES = 4_000_000  # the longest motion of Pepper's joints takes 1.2 MB
 SUFFIXES = (".csv", ".json", ".py")
 # Not Python's own parser: a small file can cost it gigabytes. Python and JSON write these alike.
 _TITLE = re.compile(r'^"""([^:"\n]*):', re.M)
-_LINES = re.compile(r"^(NAMES|FPS|LEADS) = ([^#\n]+)", re.M)
+_LINES = re.compile(r"^(NAMES|FPS|LEADS|TIMES) = ([^#*\n]+)", re.M)
 _ANGLES = ("\nANGLES = ", "\n]")  # how the table of angles begins and ends, on lines of their own
 _LAST_COMMA = re.compile(r",\s*\]")
 _UNREADABLE = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
 
+def read_motion(
+    path: str | os.PathLike[str],
+    joints: tuple[str, ...],
+    *,
+    fps: float = 25.0,
+    unit: Unit = "radians",
+) -> Motion:
+    """A motion from a file; see `import_motion`.
+
+    Raises:
+        InputError: the file cannot be read, or its content is not a motion.
+    """
+    path = Path(path)
+    content = read_csv_bytes(path, MAX_CSV_BYTES)
+    return import_motion(
+        content, path.suffix, joints, name=path.stem, source=path.name, fps=fps, unit=unit
+    )
+
+
 def import_motion(
-    content: bytes, suffix: str, joints: tuple[str, ...], *, name: str, source: str, fps: float
+    content: bytes,
+    suffix: str,
+    joints: tuple[str, ...],
+    *,
+    name: str,
+    source: str,
+    fps: float,
+    unit: Unit = "radians",
+    openings: Collection[str] | None = None,
 ) -> Motion:
     """A motion of these joints from the bytes of a CSV file, or of a JSON or NAOqi export.
 
@@ -34,13 +66,20 @@ def import_motion(
         joints: the columns of the motion; others in the file are left out.
         name, source: what to call the motion, and the file in messages.
         fps: frames a second that the motion must have; a CSV file is taken to.
+        unit: of the angles in a CSV file.
+        openings: joints that are no angles, as in `Robot.openings`; by default Pepper's.
 
     Raises:
         InputError: not such a file, too large, joints that it lacks, or another rate.
     """
     suffix = suffix.lower()
+    openings = pepper_openings() if openings is None else openings
     if suffix not in (".json", ".py"):
-        return parse_motion(content, joints, name=name, source=source, fps=fps)
+        return parse_motion(
+            content, joints, name=name, source=source, fps=fps, unit=unit, openings=openings
+        )
+    if unit != "radians":
+        raise InputError(f"{source} is an export and in radians")
     if len(content) > MAX_BYTES:
         raise InputError(f"{source} is too large; at most {MAX_BYTES / 1e6:g} MB can be read")
     try:
@@ -54,6 +93,12 @@ def import_motion(
     if not math.isclose(found.fps, fps, rel_tol=1e-6):
         raise InputError(f"{source} has {found.fps:g} frames a second, the model {fps:g}")
     columns = [found.joints.index(joint) for joint in joints]
+    for joint, column in zip(joints, columns, strict=True):
+        values = found.positions[:, column]
+        for value in (values.min(), values.max()):
+            fault = implausible(value, None if joint in openings else "radians")
+            if fault:
+                raise InputError(f"{source}, {joint}: {fault}")
     return Motion(name, joints, np.ascontiguousarray(found.positions[:, columns]), fps)
 
 
@@ -81,15 +126,29 @@ def parse_naoqi(content: str, source: str) -> Motion:
     Raises:
         InputError: not such a script.
     """
-    title = _TITLE.search(content)
     try:
-        values = {name: json.loads(text) for name, text in _LINES.findall(content)}
-        frames = np.array(json.loads(_angles(content)), dtype=np.float32).T  # (T, J)
-        leads = values.get("LEADS", (0, 0))
-        name = title[1] if title else ""
-        return _motion(name, values["NAMES"], frames, values["FPS"], leads, source)
+        leads = json.loads(dict(_LINES.findall(content)).get("LEADS", "[0, 0]"))
+        whole = naoqi_frames(content, source)[0]
+        return _motion(whole.name, whole.joints, whole.positions, whole.fps, leads, source)
     except InputError:
         raise
+    except _UNREADABLE as error:
+        raise InputError(f"{source} is no exported NAOqi script ({_reason(error)})") from error
+
+
+def naoqi_frames(content: str, source: str) -> tuple[Motion, NDArray[np.float64]]:
+    """Every frame in a NAOqi export, and the times (T,) in seconds at which they are reached.
+
+    Raises:
+        InputError: not such a script.
+    """
+    title = _TITLE.search(content)
+    try:
+        lines = dict(_LINES.findall(content))
+        names, fps, times = (json.loads(lines[name]) for name in ("NAMES", "FPS", "TIMES"))
+        frames = np.array(json.loads(_angles(content)), dtype=np.float32).T  # (T, J)
+        motion = Motion(title[1] if title else "", tuple(names), frames, float(fps))
+        return motion, np.array(times[0], dtype=np.float64)
     except _UNREADABLE as error:
         raise InputError(f"{source} is no exported NAOqi script ({_reason(error)})") from error
 
@@ -119,8 +178,8 @@ def _motion(name: Any, joints: Any, positions: Any, fps: Any, leads: Any, source
     frames = np.ascontiguousarray(frames[first : max(len(frames) - last, 0)])
     motion = Motion(str(name), names, frames, rate)
     check_length(len(motion), source)
-    if not np.all(np.abs(motion.positions) < MAX_ANGLE):  # false for NaN, too
-        raise InputError(f"{source} has values that are no plausible angles")
+    if not np.isfinite(motion.positions).all():
+        raise InputError(f"{source} has values that are not finite")
     return motion
 
 

@@ -2,100 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.motion import OPENINGS, Motion
+from ..core.motion import Motion
 from .description import Robot
+from .safety_report import AMBER_POSITION, AMBER_VELOCITY, Kind, SafetyReport, Violation
 
-Kind = Literal["position", "velocity", "start", "not finite"]
-Light = Literal["green", "amber", "red"]
-
-# Beyond a limit by less than this is amber: recordings of the real robot reach 0.053 rad and 1.56
-# times the speed, and limiting does not change what one sees of them. More is red.
-AMBER_POSITION = 0.1  # radians (metres for a prismatic joint)
-AMBER_VELOCITY = 2.0  # times the limit
 START_FRAMES = 3  # a network's first steps, out of nothing, are where it jumps
 SLACK = 1e-5  # rounding is no violation
 # The limited motion stays this far inside, so that rounding to a file's digits breaks no limit.
 INSIDE = 0.999
 
 
-@dataclass(frozen=True)
-class Violation:
-    """A run of frames in which one joint breaks one limit.
-
-    kind: "start" is a velocity in the first frames, the jump that a motion may begin with.
-        "not finite" is NaN or infinity where a position should be: red, whatever the limits.
-    first, last: frames, both included; a velocity belongs to the frame that it leads to.
-    worst: position (in `unit`) or speed (a second) where it is farthest out. limit: the one that is
-    broken there. excess: beyond a position's limit, or times the speed limit.
-    unit: "rad", "m" for a prismatic joint, "" for the opening of a hand.
-    """
-
-    kind: Kind
-    joint: str
-    first: int
-    last: int
-    worst: float
-    limit: float
-    excess: float
-    unit: str = "rad"
-
-    @property
-    def light(self) -> Light:
-        small = AMBER_POSITION if self.kind == "position" else AMBER_VELOCITY
-        return "amber" if self.excess <= small else "red"
-
-    @property
-    def fault(self) -> str:
-        """Joint and values without the frames, in plain words."""
-        unit = self.unit and f" {self.unit}"
-        if self.kind == "not finite":
-            return f"{self.joint}: {self.worst} instead of a position"
-        if self.kind == "position":
-            return f"{self.joint}: position {self.worst:.3f}{unit}, limit {self.limit:.3f}"
-        what = "jump at the start" if self.kind == "start" else "velocity"
-        return f"{self.joint}: {what} {self.worst:.1f}{unit}/s over {self.limit:.1f}"
-
-    @property
-    def span(self) -> str:
-        """Its frames as `4` or `4–9`."""
-        return str(self.first) if self.first == self.last else f"{self.first}–{self.last}"
-
-    def __str__(self) -> str:
-        return f"{self.fault}, {'frame' if self.first == self.last else 'frames'} {self.span}"
-
-
-@dataclass(frozen=True)
-class SafetyReport:
-    """What a motion asks of a robot that the robot should not do.
-
-    violations: the worst first. unchecked: joints of the motion that the robot lacks.
-    """
-
-    violations: tuple[Violation, ...]
-    unchecked: tuple[str, ...]
-
-    @property
-    def light(self) -> Light:
-        """green: within all limits. amber: a little beyond. red: do not run this as it is."""
-        lights = {violation.light for violation in self.violations}
-        return "red" if "red" in lights else "amber" if lights else "green"
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """The joints concerned, the worst first."""
-        return tuple(dict.fromkeys(violation.joint for violation in self.violations))
-
-
-def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
+def check_motion(
+    motion: Motion, robot: Robot, times: NDArray[np.float64] | None = None
+) -> SafetyReport:
     """Check every frame against the limits in the robot's description.
 
     Values that are no numbers are found in all joints, those that the robot lacks included.
+
+    Args:
+        times: (T,) seconds, ascending, at which the frames are reached; by default evenly by `fps`.
     """
     known = [column for column, joint in enumerate(motion.joints) if joint in robot.limits]
     joints = [motion.joints[column] for column in known]
@@ -104,13 +32,14 @@ def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     lower, upper = np.array([robot.limits[joint] for joint in joints]).reshape(-1, 2).T
     fastest = np.array([robot.velocity_limits[joint] for joint in joints])
     beyond = np.maximum(lower - positions, positions - upper)  # (T, K)
-    speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * motion.fps  # 0 at first
+    rate = motion.fps if times is None else 1 / np.diff(times, prepend=-np.inf)[:, None]
+    speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * rate  # 0 at first
     outside, too_fast = beyond > SLACK, speed > fastest * (1 + SLACK)
     sliding = {frame.joint for frame in robot.tree.frames if frame.prismatic}
     violations = _not_finite(motion)
     for k in np.flatnonzero((outside | too_fast).any(axis=0)):
         joint = joints[k]
-        unit = "" if joint in OPENINGS else "m" if joint in sliding else "rad"
+        unit = "" if joint in robot.openings else "m" if joint in sliding else "rad"
         for first, last in _runs(outside[:, k]):
             at = first + int(beyond[first : last + 1, k].argmax())
             worst, excess = float(positions[at, k]), float(beyond[at, k])

@@ -11,8 +11,10 @@ import torch
 from shared_files import shared
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
-from rnnpb_explorer.core.data import Dataset, load_dataset
-from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo, MotionLabel
+from rnnpb_explorer.core.data import Dataset
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
+from rnnpb_explorer.core.motion import MotionLabel
+from rnnpb_explorer.robot.data import load_dataset
 
 BROWSER_REQUIRED = os.environ.get("RNNPB_REQUIRE_BROWSER") == "1"
 browser_outcomes: Counter[str] = Counter()

@@ -18,7 +18,6 @@ from rich.box import Box
 
 from ...core.errors import InputError
 from ...core.threads import wait_without_spinning
-from .flags import shown_default
 
 SUCCESS, FAULT, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 130, 141
 NO_BOX = Box("    \n" * 8)
@@ -35,9 +34,16 @@ def make_app(name: str, summary: str) -> App:
         default_parameter=Parameter(
             negative=(),
             allow_repeating=True,  # the last one counts
-            show_default=shown_default,
+            show_default=_shown,
         ),
     )
+
+
+def _shown(default: object) -> str | None:
+    """The default of a flag as the help shows it; none for switches, and for what is not given."""
+    if default is None or default is False:
+        return None
+    return ",".join(map(str, default)) if isinstance(default, tuple) else str(default)
 
 
 def answer(app: App, argv: Sequence[str] | None = None) -> int:

@@ -14,7 +14,7 @@ def run(*, path: Path | None = None) -> None:
         path: take the files from this folder (or clone of the published repository) instead of
             downloading them
     """
-    from ...core.rebl_pepper import LICENCE, fetch, take
+    from ...robot.rebl_pepper import LICENCE, fetch, take
 
     folder = fetch() if path is None else take(path)
     note(LICENCE)

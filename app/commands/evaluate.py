@@ -11,7 +11,7 @@ from .flags import (
     FLAGS,
     Checkpoints,
     Data,
-    Device,
+    DeviceName,
     Seed,
     load_model,
     one_of,
@@ -62,7 +62,7 @@ class Flags:
     iterations: Annotated[int, read_by(whole(1, 100_000))] = 100
     lm: bool = False
     seed: Seed = 0
-    device: Device = "auto"
+    device: DeviceName = "auto"
     json: str | None = None
 
 

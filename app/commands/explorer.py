@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from .answer import answer, make_app
-from .flags import Data, Device, Robot, Seed, note, read_by, whole
+from .flags import Data, DeviceName, Robot, Seed, note, read_by, whole
 from .progress import working
 
 
@@ -29,7 +29,7 @@ def run(
     port: Annotated[int, read_by(whole(0, 65535))] = 8080,
     robot: Robot = "pepper",
     data: Data | None = None,
-    device: Device = "auto",
+    device: DeviceName = "auto",
     seed: Seed = 0,
 ) -> None:
     """Serve until a signal comes.

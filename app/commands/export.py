@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Literal
 
 from ...core.files import check_writable, replacing
+from ...robot.formats import Format
 from .flags import Robot
 from .generate import ChosenPB, motions_of
 
-Format = Literal["csv", "json", "naoqi"]  # as in robot/export.py, which is not imported for --help
 LINES = 5  # of violations that are named one by one
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ...core.errors import InputError
-from .flags import FLAGS, Checkpoints, Data, Init, Seed, load_model, read_by, whole
+from .flags import FLAGS, Checkpoints, Data, Seed, WarmStart, load_model, read_by, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...core.data import Dataset
     from ...core.model import RNNPB
     from ...core.motion import Motion
-    from ...core.recognition import RecognitionConfig
+    from ...core.recognition_run import RecognitionConfig
 
 # What the paper draws; of other data, the first six.
 DENSITIES_OF = (
@@ -56,7 +56,7 @@ class Flags:
     data: Data
     motions: Annotated[tuple[str, ...] | None, read_by(_names, "NAME,..")] = None
     pattern: str | None = None
-    init: Init = "baseline"
+    init: WarmStart = "baseline"
     iterations: Annotated[int, read_by(whole(2, 100_000))] = 100
     seed: Seed = 0
     out: Path
@@ -192,7 +192,8 @@ class _Plan:
     def _paths(self) -> Figure:
         """Fig. 6."""
         from ...core.paper.figures.recognition import paths_figure
-        from ...core.recognition import RecognitionResult, recognize
+        from ...core.recognition import recognize
+        from ...core.recognition_run import RecognitionResult
 
         target, config = self._pattern(), self._config(trials=TRIALS)
         return paths_figure(
@@ -211,7 +212,7 @@ class _Plan:
         return novel_pattern(self._source, self._flags.seed)
 
     def _config(self, trials: int) -> RecognitionConfig:
-        from ...core.recognition import RecognitionConfig
+        from ...core.recognition_run import RecognitionConfig
 
         return RecognitionConfig(
             init=self._flags.init,

@@ -6,11 +6,13 @@ import math
 import re
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, Token
 
 from ...core.csv_table import Unit
+from ...core.device import Device
+from ...core.recognition_run import Init
 
 if TYPE_CHECKING:  # torch takes seconds to import; commands do so when they run
     from ...core.data import Dataset
@@ -23,7 +25,7 @@ FLAGS = Parameter(name="*")
 
 
 def read_by(
-    parse: Callable[[str], Any], metavar: str | None = None, shown: Any = None
+    parse: Callable[[str], Any], metavar: str | None = None, shown: str | None = None
 ) -> Parameter:
     """A flag whose one value `parse` reads; it raises ValueError, in words that say what is right.
 
@@ -36,20 +38,8 @@ def read_by(
     def convert(type_: Any, tokens: tuple[Token, ...]) -> Any:
         return parse(tokens[-1].value)
 
-    return Parameter(
-        converter=convert,
-        n_tokens=1,
-        allow_leading_hyphen=True,
-        metavar=metavar,
-        show_default=shown or shown_default,
-    )
-
-
-def shown_default(value: object) -> str | None:
-    """The default of a flag as the help shows it; none for switches, and for what is not given."""
-    if value is None or value is False:
-        return None
-    return ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+    flag = Parameter(converter=convert, n_tokens=1, allow_leading_hyphen=True, metavar=metavar)
+    return flag if shown is None else Parameter.combine(flag, Parameter(show_default=shown))
 
 
 def whole(minimum: int, maximum: int) -> Callable[[str], int]:
@@ -112,7 +102,6 @@ def one_of(what: str, names: tuple[str, ...]) -> Callable[[str], str]:
     return parse
 
 
-# The names in lists are those of core/device.py and core/recognition.py, which load torch.
 Checkpoint = Annotated[
     str, Parameter(name="ckpt", help="a checkpoint file, or a shipped one's name, such as strong")
 ]
@@ -127,10 +116,10 @@ Checkpoints = Annotated[
 Data = Annotated[
     str, Parameter(help="REBL-Pepper's data_raw.csv, or a folder of one CSV file a motion")
 ]
-Device = Annotated[Literal["auto", "cpu", "cuda"], Parameter(help="where torch computes")]
-Init = Annotated[
-    Literal["baseline", "learned", "random"],
-    Parameter(help="warm start of a recognition: mu = 0, best learned mu, best of random draws"),
+DeviceName = Annotated[Device, Parameter(help="where torch computes")]
+WarmStart = Annotated[
+    Init,
+    Parameter(help="where mu starts: the best learned mu, mu = 0, the best of random draws"),
 ]
 Robot = Annotated[str, Parameter(help="pepper, PATH.urdf or NAME_description")]
 Seed = Annotated[int, read_by(SEEDS), Parameter(help="of the random numbers")]
@@ -146,16 +135,13 @@ def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | Non
         InputError: a checkpoint or data that cannot be read, or that do not fit each other.
     """
     from ...core.checkpoint import load_checkpoint
-    from ...core.data import load_dataset
+    from ...robot.data import load_dataset
 
     model = load_checkpoint(ckpt)
     if data is None:
         return model, None
     dataset = load_dataset(data, model.info.joints).for_model(model)
-    if not model.info.motions:
-        model.info.motions = tuple(motion.name for motion in dataset.motions)
-    if not model.info.lengths:
-        model.info.lengths = tuple(len(motion) for motion in dataset.motions)
+    model.info = dataset.complete(model)
     return model, dataset
 
 

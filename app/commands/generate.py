@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.motion import MAX_FRAMES, Motion, write_motion
-from .flags import Checkpoint, Data, Device, Seed, load_model, read_by, reals, whole
+from .flags import Checkpoint, Data, DeviceName, Seed, load_model, read_by, reals, whole
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -53,7 +53,7 @@ class ChosenPB:
     steps: Annotated[int | None, read_by(whole(1, MAX_FRAMES))] = None
     seed: Seed = 0
     data: Data | None = None
-    device: Device = "auto"
+    device: DeviceName = "auto"
 
 
 def run(

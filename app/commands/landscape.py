@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import read_motion
+from ...robot.importing import read_motion
 from .flags import (
     AngleUnit,
     Checkpoint,
     Data,
-    Device,
+    DeviceName,
     load_model,
     note,
     read_by,
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ...core.correlation import Landscape
     from ...core.csv_table import Unit
     from ...core.data import Dataset
     from ...core.model import RNNPB
+    from ...core.windows import Landscape
 
 MAX_GRID = 200
 MAX_RADIUS = 1e3
@@ -60,7 +60,7 @@ def run(
     radius: Annotated[Radius, read_by(_radius, "r|r sd", shown="1.0")] = (1.0, "absolute"),
     grid: Annotated[int, read_by(whole(2, MAX_GRID))] = 20,
     data: Data | None = None,
-    device: Device = "auto",
+    device: DeviceName = "auto",
     out: Path,
 ) -> None:
     """Write the landscape as numbers or a picture, and print its measures.
@@ -112,8 +112,8 @@ def _window(model: RNNPB, index: int, axes: tuple[int, ...], radius: Radius) -> 
     """Centre, axes and size of the window, as `landscape` takes them."""
     import numpy as np
 
-    from ...core.correlation import unit_directions
     from ...core.latent_map import LatentMap, spread
+    from ...core.windows import unit_directions
 
     mu = model.mu.cpu().numpy()
     dimensions = model.config.pb_dim

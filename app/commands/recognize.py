@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from ...core.csv_table import Unit, read_csv_bytes
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import MAX_CSV_BYTES, Motion, read_motion
+from ...core.motion import Motion
+from ...robot.importing import read_motion
 from .flags import (
     FLAGS,
     AngleUnit,
     Checkpoint,
-    Device,
-    Init,
+    DeviceName,
     Seed,
+    WarmStart,
     load_model,
     read_by,
     real,
@@ -27,7 +27,7 @@ from .progress import steps_bar
 
 if TYPE_CHECKING:
     from ...core.model import RNNPB
-    from ...core.recognition import RecognitionStep
+    from ...core.recognition_run import RecognitionStep
 
 MAX_CANDIDATES = 100_000
 MAX_ITERATIONS = 100_000
@@ -46,7 +46,7 @@ class Settings:
             trials start from the closest learned mu
     """
 
-    init: Init = "learned"
+    init: WarmStart = "learned"
     candidates: Annotated[int, read_by(whole(1, MAX_CANDIDATES))] = 100
     observed: Annotated[float, read_by(real(above=0.0, maximum=1.0))] = 0.8
     iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS))] = 100
@@ -62,7 +62,7 @@ def run(
     *,
     ckpt: Checkpoint,
     unit: AngleUnit = "radians",
-    device: Device = "auto",
+    device: DeviceName = "auto",
     out: Path,
 ) -> None:
     """Write every trial's path, and print how well the last and the best iterates explain it.
@@ -76,10 +76,10 @@ def run(
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
     model, _ = load_model(ckpt)
-    target = read_motion_file(motion, model.info.joints, fps=model.info.fps, unit=unit)
+    target = read_motion(motion, model.info.joints, fps=model.info.fps, unit=unit)
 
     from ...core.device import choose_device
-    from ...core.recognition import RecognitionResult
+    from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(device))
     steps = _steps(model, target, settings)
@@ -97,21 +97,10 @@ def run(
         )
 
 
-def read_motion_file(path: Path, joints: tuple[str, ...], *, fps: float, unit: Unit) -> Motion:
-    """A motion from a CSV file, or from a JSON or NAOqi export; arguments as `read_motion`."""
-    if path.suffix.lower() not in (".json", ".py"):
-        return read_motion(path, joints, fps=fps, unit=unit)
-    if unit != "radians":
-        raise InputError(f"{path.name} is an export and in radians")
-    from ...robot.importing import import_motion  # the robot takes a second to import
-
-    content = read_csv_bytes(path, MAX_CSV_BYTES)
-    return import_motion(content, path.suffix, joints, name=path.stem, source=path.name, fps=fps)
-
-
 def _steps(model: RNNPB, motion: Motion, settings: Settings) -> Iterator[RecognitionStep]:
-    from ...core.recognition import RecognitionConfig, recognize
+    from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
+    from ...core.recognition_run import RecognitionConfig
 
     if settings.method == "lm":
         lm = LMConfig(settings.trials, settings.observed, settings.iterations)

@@ -18,7 +18,7 @@ from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Result, Sweep, attempt, grid
 from ...core.paper.sweep_table import table
-from .flags import FLAGS, SEEDS, Data, Device, note, one_of, read_by, several, whole
+from .flags import FLAGS, SEEDS, Data, DeviceName, note, one_of, read_by, several, whole
 from .parallel import Backend, parallel_backend
 from .progress import progress_bar
 from .tables import print_table, sweep_table, write_json
@@ -69,7 +69,7 @@ class Flags:
     jobs: Annotated[int | None, read_by(whole(1, 10_000))] = None
     backend: Backend = "loky"
     scheduler: str | None = None
-    device: Device = "auto"
+    device: DeviceName = "auto"
     keep_checkpoints: bool = False
     collect: bool = False
     json: str | None = None
@@ -90,7 +90,7 @@ class _SoFar:
 
 def run(flags: Flags) -> None:
     _check_flags(flags)
-    from ...core.data import load_dataset
+    from ...robot.data import load_dataset
 
     cells = grid(flags.conditions, flags.pb_dims, flags.seeds)
     sweep = Sweep(

@@ -13,9 +13,12 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from cyclopts import Parameter
+
 from ...core.errors import InputError
 from ...core.files import check_writable
-from .flags import FLAGS, SEEDS, Data, Device, read_by, real, whole
+from ...core.paper.sweep import CONDITIONS
+from .flags import FLAGS, SEEDS, Data, DeviceName, read_by, real, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -45,7 +48,7 @@ class Flags:
     """
 
     data: Data
-    recipe: Literal["strong", "weak", "zero", "deterministic"] | None = None
+    recipe: Annotated[str | None, Parameter(choices=CONDITIONS)] = None
     behavior: Literal["stochastic", "deterministic"] | None = None
     beta: Annotated[float | None, read_by(real(0.0, 1e6))] = None
     pb_dim: Annotated[int | None, read_by(whole(1, 128))] = None
@@ -54,7 +57,7 @@ class Flags:
     samples: Annotated[int | None, read_by(whole(1, 100))] = None
     seed: Annotated[int | None, read_by(SEEDS)] = None
     resume: Path | None = None
-    device: Device = "auto"
+    device: DeviceName = "auto"
     out: Path
 
 
@@ -64,9 +67,9 @@ def run(flags: Flags) -> None:
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
     check_writable(out)
     from ...core.checkpoint import check_savable, save_checkpoint
-    from ...core.data import load_dataset
     from ...core.device import choose_device
     from ...core.training import Trainer
+    from ...robot.data import load_dataset
 
     dataset = load_dataset(flags.data)
     config, training = _recipe(flags) if flags.resume is None else _resumed(flags.resume, flags)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ...core.correlation import landscape_stages
 from ...core.model import RNNPB
 from ...core.motion import Motion
-from ...core.recognition import RecognitionConfig, RecognitionStep, recognize
+from ...core.recognition import recognize
+from ...core.recognition_run import RecognitionConfig, RecognitionStep
 from ...robot.description import Robot
 from ...robot.export import export_motion
 from ...robot.safety import check_motion, limit_motion

@@ -10,17 +10,19 @@ import socket
 import threading
 import warnings
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import viser
 
 from ...core.checkpoint import load_checkpoint
-from ...core.data import Dataset, load_dataset
+from ...core.data import Dataset
 from ...core.device import choose_device
 from ...core.errors import InputError
 from ...core.latent_map import LatentMap
 from ...core.model import RNNPB, UNKNOWN_LENGTH
+from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
 from ..engine.compute import Computations
@@ -146,10 +148,18 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
 
 
 def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
-    dataset = None if options.data is None else load_dataset(options.data)
     eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
-    return tuple(_describe(m, name, dataset, eyes) for m, name in zip(models, names, strict=True))
+    read = cache(load_dataset)  # models of the same joints share their motions
+    return tuple(
+        _describe(
+            model,
+            name,
+            None if options.data is None else read(options.data, model.info.joints),
+            eyes,
+        )
+        for model, name in zip(models, names, strict=True)
+    )
 
 
 def eye_tracks(data: str) -> dict[str, EyeTrack]:
@@ -176,20 +186,10 @@ def model_names(checkpoints: tuple[str, ...]) -> list[str]:
 def _describe(
     model: RNNPB, name: str, dataset: Dataset | None, eyes: dict[str, EyeTrack]
 ) -> ModelFacts:
-    info, count = model.info, model.config.num_motions
+    count = model.config.num_motions
+    info = model.info if dataset is None else dataset.complete(model)
     mu = model.mu.detach().cpu().numpy().astype(np.float64)
-    data = {} if dataset is None else {motion.name: motion for motion in dataset.motions}
-    names, lengths, labels = info.motions, info.lengths, info.labels
-    if not names and dataset is not None:
-        if len(dataset.motions) != count or dataset.joints != info.joints:
-            raise InputError(
-                f"the data has {len(dataset.motions)} motions, {name} has learnt {count}"
-            )
-        names = tuple(motion.name for motion in dataset.motions)
-        lengths = tuple(len(motion) for motion in dataset.motions)
-        labels = dataset.labels
-    names = names or tuple(f"motion {i}" for i in range(count))
-    matching = [data.get(motion) for motion in names]
+    names = info.motions or tuple(f"motion {i}" for i in range(count))
     return ModelFacts(
         name=name,
         mu=mu,
@@ -199,10 +199,10 @@ def _describe(
         joints=info.joints,
         fps=info.fps,
         motions=names,
-        lengths=lengths or (UNKNOWN_LENGTH,) * count,
-        labels=labels,
+        lengths=info.lengths or (UNKNOWN_LENGTH,) * count,
+        labels=info.labels,
         latent_map=LatentMap.fit(mu),
-        data=tuple(m if m is not None and m.joints == info.joints else None for m in matching),
+        data=(None,) * count if dataset is None else dataset.learned_by(model),
         eyes=tuple(map(eyes.get, names)) if eyes else (),
     )
 

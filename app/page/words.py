@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...core.correlation import WINDOW_RADIUS
+from ...core.windows import WINDOW_RADIUS
 from ...robot.export import Export
-from ...robot.safety import SafetyReport, Violation
+from ...robot.safety_report import SafetyReport, Violation
 from ..state.document import AppState, ModelFacts
 
 MOST_LINES = 4  # of faults, or of joints

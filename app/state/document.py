@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.correlation import Landscape, Window
 from ...core.latent_map import LatentMap, spread
-from ...core.model import MotionLabel
-from ...core.motion import Motion
-from ...robot.export import Format
-from ...robot.safety import SafetyReport
+from ...core.motion import Motion, MotionLabel
+from ...core.windows import Landscape, Window
+from ...robot.formats import Format
+from ...robot.safety_report import SafetyReport
 
 if TYPE_CHECKING:
     from .intents import LandscapeWork

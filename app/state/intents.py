@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.correlation import Window
 from ...core.motion import Motion
+from ...core.windows import Window
 from .document import (
     Array,
     CheckedMotion,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from ...robot.export import FORMATS
+from ...robot.formats import FORMATS
 from . import intents as do
 from .document import AppState, ExportOptions
 from .transitions import Facts, Update, notify, put_model, want_motion

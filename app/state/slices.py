@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.correlation import WINDOW_RADIUS
+from ...core.windows import WINDOW_RADIUS
 from .document import AppState, Array, Latent, ModelFacts, ModelState
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InputError
-from ...robot.export import FORMATS
+from ...robot.formats import FORMATS
 from . import intents as do
 from .document import AppState, ExportOptions, Latent, ModelFacts, Playback
 from .on_latent import MAX_MU, MAX_SIGMA

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..model import RNNPB
 from ..motion import Motion
-from ..recognition import Init, RecognitionConfig, RecognitionResult, RecognitionStep, recognize
+from ..recognition import recognize
 from ..recognition_lm import LMConfig, recognize_lm
+from ..recognition_run import Init, RecognitionConfig, RecognitionResult, RecognitionStep
 
 WARM_STARTS: tuple[Init, ...] = ("baseline", "learned", "random")
 Procedure = Init | Literal["lm"]  # a warm start of the published one, or Levenberg-Marquardt

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..correlation import WINDOW_RADIUS, Landscape, Window, landscape, window_radius
+from ..correlation import landscape
 from ..latent_map import spread
 from ..model import RNNPB
 from ..motion import Motion
+from ..windows import WINDOW_RADIUS, Landscape, Window, window_radius
 
 EVERY = 3  # every third motion by name: 24 of 72
 
@@ -54,7 +55,7 @@ def structure(
 
     def around(index: int, window: Window) -> Landscape:
         center = model.mu[index].detach().cpu().numpy()
-        radius = window_radius(model, window)
+        radius = window_radius(model.mu.detach().cpu(), window)
         result = landscape(model, motions[index].positions, center, radius=radius)
         drawn()
         return result

@@ -19,10 +19,9 @@ from rnnpb_explorer.app.state.document import (
 )
 from rnnpb_explorer.app.state.transitions import Facts, Update, opening_work
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.core.correlation import Landscape
 from rnnpb_explorer.core.latent_map import LatentMap
-from rnnpb_explorer.core.model import MotionLabel
-from rnnpb_explorer.core.motion import Motion
+from rnnpb_explorer.core.motion import Motion, MotionLabel
+from rnnpb_explorer.core.windows import Landscape
 
 JOINTS = ("a", "b", "c", "d", "e")
 NAMES = ("wave", "bow", "rest", "nod")

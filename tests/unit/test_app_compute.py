@@ -30,7 +30,8 @@ from rnnpb_explorer.core.correlation import landscape
 from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
-from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionStep, recognize
+from rnnpb_explorer.core.recognition import recognize
+from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionStep
 from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.importing import import_motion
 from rnnpb_explorer.robot.safety import check_motion

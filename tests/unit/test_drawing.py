@@ -31,9 +31,10 @@ from rnnpb_explorer.app.page.boards.palette import (
     correlation_colors,
 )
 from rnnpb_explorer.app.page.boards.plot import Area, area_of, nice_ticks
-from rnnpb_explorer.core.correlation import Landscape, landscape_stages
+from rnnpb_explorer.core.correlation import landscape_stages
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.windows import Landscape
 
 Pixels = NDArray[np.uint8]
 SIZE = 512

@@ -10,18 +10,12 @@ import scipy.stats
 import torch
 from numpy.typing import NDArray
 
-from rnnpb_explorer.core.correlation import (
-    Landscape,
-    landscape,
-    landscape_stages,
-    pearson,
-    plane,
-    unit_directions,
-)
+from rnnpb_explorer.core.correlation import landscape, landscape_stages, pearson
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.windows import Landscape, plane, unit_directions
 
 from .plain import plain_generate
 

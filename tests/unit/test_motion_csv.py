@@ -102,10 +102,20 @@ def test_refuses_other_encodings() -> None:
 def test_degrees_only_when_asked_for_and_never_for_openings() -> None:
     text = "HeadPitch,HeadYaw,LHand\n90,-45,0.5\n0,10,1\n"
     assert "is the file in degrees?" in message(text)
-    motion = parse(text, unit="degrees")
+    motion = parse(text, unit="degrees", openings={"LHand"})
     expected = [[np.pi / 2, -np.pi / 4, 0.5], [0.0, np.pi / 18, 1.0]]
     np.testing.assert_allclose(motion.positions, expected, rtol=1e-6)
     assert "721 is no plausible angle in degrees" in message(text + "721,0,0\n", unit="degrees")
+
+
+@pytest.mark.parametrize("unit", ["radians", "degrees"])
+@pytest.mark.parametrize("value", [500, 7, -7, 3.5])
+def test_an_opening_is_bounded_in_any_unit(unit: str, value: float) -> None:
+    text = f"HeadPitch,HeadYaw,LHand\n0.1,0.2,1.2\n0.1,0.2,{value}\n"
+    said = message(text, unit=unit, openings={"LHand"})
+    assert said == (
+        f"walk.csv, row 3, column LHand: {value:g} is no plausible opening (from 0 to 1)"
+    )
 
 
 def test_size_limits() -> None:

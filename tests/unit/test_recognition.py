@@ -16,11 +16,11 @@ from torch import Tensor
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig
-from rnnpb_explorer.core.recognition import (
+from rnnpb_explorer.core.recognition import recognize
+from rnnpb_explorer.core.recognition_run import (
     RecognitionConfig,
     RecognitionResult,
     RecognitionStep,
-    recognize,
 )
 
 from .plain import plain_generate

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig
 from rnnpb_explorer.core.motion import read_motion
-from rnnpb_explorer.core.recognition import RecognitionConfig, RecognitionResult, recognize
+from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_lm
+from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionResult
 
 from .cli_harness import Rnnpb
 from .plain import plain_generate

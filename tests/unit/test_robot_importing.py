@@ -9,14 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
 from rnnpb_explorer.robot.description import Robot, load_robot
-from rnnpb_explorer.robot.export import FORMATS, Format, export_motion
-from rnnpb_explorer.robot.importing import MAX_BYTES, import_motion, parse_json, parse_naoqi
+from rnnpb_explorer.robot.export import export_motion
+from rnnpb_explorer.robot.formats import FORMATS, Format
+from rnnpb_explorer.robot.importing import (
+    MAX_BYTES,
+    import_motion,
+    parse_json,
+    parse_naoqi,
+    read_motion,
+)
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +84,40 @@ def test_a_joint_that_the_file_lacks_is_named(calm: Motion, pepper: Robot) -> No
         imported(exported, ".json", (*PEPPER_JOINTS, "Tail"))
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".py"])
+@pytest.mark.parametrize("value", [500.0, 7.0, -7.0])
+def test_a_hand_that_is_opened_too_far(
+    calm: Motion, pepper: Robot, suffix: str, value: float
+) -> None:
+    calm.positions[4, PEPPER_JOINTS.index("RHand")] = value
+    formats: dict[str, Format] = {".csv": "csv", ".json": "json", ".py": "naoqi"}
+    written = export_motion(calm, pepper, formats[suffix], enforce_limits=False).content
+    with pytest.raises(InputError, match=rf"RHand: {value:g} is no plausible opening") as refused:
+        imported(written, suffix)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_opening_is_not_a_name() -> None:
+    """A joint of another robot that is called as Pepper's hand is an angle there."""
+    content = b"RHand\n5\n5\n"
+    motion = import_motion(
+        content, ".csv", ("RHand",), name="x", source="x", fps=25.0, openings=frozenset()
+    )
+    assert motion.positions[0, 0] == 5
+    with pytest.raises(InputError, match="no plausible opening"):
+        imported(content, ".csv", ("RHand",))
+
+
+def test_a_file_in_degrees(tmp_path: Path) -> None:
+    (tmp_path / "turn.csv").write_text("RHand,HeadYaw\n0.5,90\n1,-90\n")
+    motion = read_motion(tmp_path / "turn.csv", ("HeadYaw", "RHand"), unit="degrees")
+    np.testing.assert_allclose(motion.positions, [[np.pi / 2, 0.5], [-np.pi / 2, 1.0]], rtol=1e-6)
+    assert (motion.name, motion.fps) == ("turn", 25.0)
+    (tmp_path / "turn.json").write_text("{}")
+    with pytest.raises(InputError, match=r"turn\.json is an export and in radians"):
+        read_motion(tmp_path / "turn.json", ("HeadYaw",), unit="degrees")
+
+
 def test_a_motion_at_another_rate_is_refused(calm: Motion, pepper: Robot) -> None:
     slow = Motion(calm.name, calm.joints, calm.positions, 20.0)
     with pytest.raises(InputError, match="20 frames a second, the model 25"):
@@ -119,11 +160,11 @@ def cell(value: object) -> Any:
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
-        (cell(float("nan")), "no plausible angles"),
-        (cell(1e9), "no plausible angles"),
+        (cell(float("nan")), "not finite"),
+        (cell(1e9), "HipPitch: 1e.09 is no plausible angle in radians"),
         (cell(10**400), "OverflowError"),
         (cell("left"), "ValueError"),
-        (cell(None), "no plausible angles|TypeError"),
+        (cell(None), "not finite|TypeError"),
         (cell([1, 2]), "ValueError"),
         (lambda data: data["positions"][3].pop(), "ValueError"),
         (lambda data: data.update(positions=data["positions"][:1]), "1 frame"),
@@ -147,7 +188,7 @@ def test_a_json_export_with_rubbish_in_it(
     data = json.loads(export_motion(calm, pepper, "json").content)
     spoil(data)
     with pytest.raises(InputError, match=says) as refused:
-        parse_json(json.dumps(data), "x.json")
+        imported(json.dumps(data), ".json")
     assert "\n" not in str(refused.value)
 
 

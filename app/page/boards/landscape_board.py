@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ....core.windows import NEAR_MAXIMUM
 from .overlay import RecognitionPath, draw_path
 from .palette import (
     AXIS,
@@ -40,9 +41,8 @@ from .plot import (
 from .raster import Canvas
 
 if TYPE_CHECKING:
-    from ....core.correlation import Landscape
+    from ....core.windows import Landscape
 
-NEAR_MAXIMUM = 0.9  # the outline and `area` mean the cells above this share of the maximum
 SIDE = 660.0  # design pixels of the plot area
 NUMBER_COLUMNS = (164.0, 390.0, 676.0)  # where the three numbers stand
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from ....core.correlation import Landscape
+from ....core.windows import Landscape
 from ...state import intents as do
 from ...state.document import AppState, Array, ModelFacts
 from ...state.slices import landscape_slice, on_landscape

@@ -8,8 +8,8 @@ from html import escape
 import viser
 
 from ....robot.description import JointMatch, Robot, match_joints
-from ....robot.export import Format
-from ....robot.safety import Light
+from ....robot.formats import Format
+from ....robot.safety_report import Light
 from ...state import intents as do
 from ...state.document import AppState, CheckedMotion, ModelFacts
 from ..words import light_words, names_line, safety_lines

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import viser
 
-from ....core.correlation import Window
+from ....core.windows import Window
 from ...state import intents as do
 from ...state.document import AppState, Colouring, ModelFacts
 from ...state.transitions import eyes_of

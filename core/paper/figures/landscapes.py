@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ...correlation import WINDOW_RADIUS, Landscape, Window, landscape, window_radius
+from ...correlation import landscape
 from ...model import RNNPB
 from ...motion import Motion
+from ...windows import WINDOW_RADIUS, Landscape, Window, window_radius
 from .style import TEXT_WIDTH, label_outside, panel_title, use_style
 
 COLORS = "RdBu"  # perceptual and diverging; blue is alike, red opposite, as in the paper's Fig. 4
@@ -61,7 +62,7 @@ def landscapes_figure(
         parts = figure.subfigures(len(models), 1, squeeze=False)[:, 0]
         rows: list[Sequence[Axes]] = []
         for letter, (part, (name, model)) in enumerate(zip(parts, models.items(), strict=True)):
-            radius = window_radius(model, window)
+            radius = window_radius(model.mu.detach().cpu(), window)
             part.suptitle(
                 f"{panel_title(letter, name, model)}; window ±{radius:.2g}"
                 + (f" = ±{WINDOW_RADIUS['sd']:g} sd of the learned μ" if window == "sd" else "")

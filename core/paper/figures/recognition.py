@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...latent_map import LatentMap
 from ...model import RNNPB
 from ...motion import Motion
-from ...recognition import RecognitionResult, RecognitionStep
+from ...recognition_run import RecognitionResult, RecognitionStep
 from .densities import draw_densities
 from .style import (
     BLUE,
