@@ -18,8 +18,8 @@ from typing import Literal
 from .errors import InputError
 
 MAX_ANGLE = 4 * math.pi  # no joint turns twice around; more is degrees or rubbish
-# A network may overshoot 0 and 1 a little; more is a percentage, degrees or rubbish.
-OPENING_RANGE = (-1.0, 2.0)
+# Networks leave 0 to 1 far from what they learned (3 sigma: -1 to 2.3); more is rubbish or percent.
+OPENING_RANGE = (-2.0, 3.0)
 
 Unit = Literal["radians", "degrees"]
 

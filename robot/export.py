@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.motion import Motion, format_motion
 from .description import Robot
 from .formats import FORMATS, JSON_FORMAT, Format
+from .importing import naoqi_frames
 from .pepper import PEPPER_STAND
 from .safety import check_motion, limit_motion
 from .safety_report import SafetyReport
@@ -22,7 +23,7 @@ APPROACH_SPEED = 0.3  # of the velocity limits, on the way from and to the safe 
 MIN_APPROACH = 1.0  # seconds
 UNKNOWN_SPEED = 0.5  # radians a second where a robot states no limit
 LEAD_IN = 3.0  # seconds that a NAOqi script takes to its first frame, from wherever the robot is
-NAOQI_DIGITS = 6
+NAOQI_DIGITS = 9  # after the point, of angles and times: rounding must not make a joint faster
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def export_motion(
         enforce_limits: export the limited motion; without, the raw one, whatever it breaks.
 
     Raises:
-        InputError: no such format, values that are not finite, or joints that NAOqi does not know.
+        InputError: no such format, values that are not finite, joints that NAOqi does not know, or
+            a file that would break limits as it is written.
     """
     if file_format not in FORMATS:
         raise InputError(f"no export format {file_format!r}; there are {', '.join(FORMATS)}")
@@ -75,11 +77,18 @@ def export_motion(
     leads = (0, 0)
     if safe_posture:
         motion, leads = with_safe_posture(motion, robot)
-    if file_format == "csv":
-        return Export(format_motion(motion), ".csv", motion, report, changes)
-    if file_format == "json":
-        return Export(_format_json(motion, leads), ".json", motion, report, changes)
-    return Export(_format_naoqi(motion, leads), ".py", motion, report, changes)
+    times = None
+    if file_format == "csv":  # float32 to the bit, as in JSON: what is written is the motion
+        written, content, suffix = motion, format_motion(motion), ".csv"
+    elif file_format == "json":
+        written, content, suffix = motion, _format_json(motion, leads), ".json"
+    else:
+        content, suffix = _format_naoqi(motion, leads), ".py"
+        written, times = naoqi_frames(content, "the script")
+    broken = check_motion(written, robot, times).violations
+    if enforce_limits and broken:
+        raise InputError(f"{motion.name} is not within the limits as it is written: {broken[0]}")
+    return Export(content, suffix, motion, report, changes)
 
 
 def posture(robot: Robot) -> dict[str, float]:
@@ -200,6 +209,6 @@ def _format_naoqi(motion: Motion, leads: tuple[int, int]) -> str:
         fps=motion.fps,
         leads=list(leads),
         names=json.dumps(list(motion.joints)),
-        times=", ".join(f"{time:.3f}" for time in times),
+        times=", ".join(f"{time:.{NAOQI_DIGITS}f}" for time in times),
         angles="\n".join(columns),
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.csv_table import Unit, implausible, read_csv_bytes
 from ..core.errors import InputError
@@ -22,7 +23,7 @@ MAX_BYTES = 4_000_000  # the longest motion of Pepper's joints takes 1.2 MB
 SUFFIXES = (".csv", ".json", ".py")
 # Not Python's own parser: a small file can cost it gigabytes. Python and JSON write these alike.
 _TITLE = re.compile(r'^"""([^:"\n]*):', re.M)
-_LINES = re.compile(r"^(NAMES|FPS|LEADS) = ([^#\n]+)", re.M)
+_LINES = re.compile(r"^(NAMES|FPS|LEADS|TIMES) = ([^#*\n]+)", re.M)
 _ANGLES = ("\nANGLES = ", "\n]")  # how the table of angles begins and ends, on lines of their own
 _LAST_COMMA = re.compile(r",\s*\]")
 _UNREADABLE = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
@@ -125,15 +126,29 @@ def parse_naoqi(content: str, source: str) -> Motion:
     Raises:
         InputError: not such a script.
     """
-    title = _TITLE.search(content)
     try:
-        values = {name: json.loads(text) for name, text in _LINES.findall(content)}
-        frames = np.array(json.loads(_angles(content)), dtype=np.float32).T  # (T, J)
-        leads = values.get("LEADS", (0, 0))
-        name = title[1] if title else ""
-        return _motion(name, values["NAMES"], frames, values["FPS"], leads, source)
+        leads = json.loads(dict(_LINES.findall(content)).get("LEADS", "[0, 0]"))
+        whole = naoqi_frames(content, source)[0]
+        return _motion(whole.name, whole.joints, whole.positions, whole.fps, leads, source)
     except InputError:
         raise
+    except _UNREADABLE as error:
+        raise InputError(f"{source} is no exported NAOqi script ({_reason(error)})") from error
+
+
+def naoqi_frames(content: str, source: str) -> tuple[Motion, NDArray[np.float64]]:
+    """Every frame in a NAOqi export, and the times (T,) in seconds at which they are reached.
+
+    Raises:
+        InputError: not such a script.
+    """
+    title = _TITLE.search(content)
+    try:
+        lines = dict(_LINES.findall(content))
+        names, fps, times = (json.loads(lines[name]) for name in ("NAMES", "FPS", "TIMES"))
+        frames = np.array(json.loads(_angles(content)), dtype=np.float32).T  # (T, J)
+        motion = Motion(title[1] if title else "", tuple(names), frames, float(fps))
+        return motion, np.array(times[0], dtype=np.float64)
     except _UNREADABLE as error:
         raise InputError(f"{source} is no exported NAOqi script ({_reason(error)})") from error
 

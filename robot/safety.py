@@ -15,10 +15,15 @@ SLACK = 1e-5  # rounding is no violation
 INSIDE = 0.999
 
 
-def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
+def check_motion(
+    motion: Motion, robot: Robot, times: NDArray[np.float64] | None = None
+) -> SafetyReport:
     """Check every frame against the limits in the robot's description.
 
     Values that are no numbers are found in all joints, those that the robot lacks included.
+
+    Args:
+        times: (T,) seconds, ascending, at which the frames are reached; by default evenly by `fps`.
     """
     known = [column for column, joint in enumerate(motion.joints) if joint in robot.limits]
     joints = [motion.joints[column] for column in known]
@@ -27,7 +32,8 @@ def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     lower, upper = np.array([robot.limits[joint] for joint in joints]).reshape(-1, 2).T
     fastest = np.array([robot.velocity_limits[joint] for joint in joints])
     beyond = np.maximum(lower - positions, positions - upper)  # (T, K)
-    speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * motion.fps  # 0 at first
+    rate = motion.fps if times is None else 1 / np.diff(times, prepend=-np.inf)[:, None]
+    speed = np.abs(np.diff(positions, axis=0, prepend=positions[:1])) * rate  # 0 at first
     outside, too_fast = beyond > SLACK, speed > fastest * (1 + SLACK)
     sliding = {frame.joint for frame in robot.tree.frames if frame.prismatic}
     violations = _not_finite(motion)

@@ -216,6 +216,33 @@ def test_data_becomes_the_target_of_motions_with_its_names(
     assert facts.lengths == (12, 9, 15)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_columns_of_the_data_stand_in_any_order(
+    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path, named: bool
+) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    for name in ("bow", "rest", "wave"):
+        (folder / f"{name}.csv").write_text("e,spare,d,c,b,a\n" + "5,9,4,3,2,1\n" * 4)
+    if not named:
+        tiny_model.info = ModelInfo(joints=tiny_model.info.joints, fps=20.0)
+    (facts,) = describe_models((tiny_model,), replace(options, data=str(folder)))
+    for motion in facts.data:
+        assert motion is not None
+        assert motion.joints == facts.joints == ("a", "b", "c", "d", "e")
+        np.testing.assert_array_equal(motion.positions[0], [1, 2, 3, 4, 5])
+
+
+def test_data_that_lack_a_joint_of_the_model_are_refused(
+    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path
+) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    (folder / "bow.csv").write_text("a,b,c,d\n1,2,3,4\n1,2,3,4\n")
+    with pytest.raises(InputError, match=r"bow\.csv has no column for e"):
+        describe_models((tiny_model,), replace(options, data=str(folder)))
+
+
 def test_eye_colours_come_with_the_data(
     tiny_model: RNNPB,
     options: ServerOptions,

@@ -194,7 +194,7 @@ def data_for(model: RNNPB, joints: tuple[str, ...], names: tuple[str, ...]) -> D
         )
         for i, name in enumerate(names)
     )
-    return Dataset(motions, dict.fromkeys(names, model.info.labels["bow"]))
+    return Dataset(motions, dict.fromkeys(names, MotionLabel("bow")))
 
 
 def test_data_in_the_order_of_a_model(tiny_model: RNNPB) -> None:
@@ -207,6 +207,29 @@ def test_data_in_the_order_of_a_model(tiny_model: RNNPB) -> None:
     tiny_model.info = replace(tiny_model.info, motions=(), lengths=())  # as a published one
     published = data_for(tiny_model, joints, ("x", "y", "z")).for_model(tiny_model)
     assert [motion.name for motion in published.motions] == ["x", "y", "z"]
+
+
+def test_some_of_a_models_motions_in_its_order(tiny_model: RNNPB) -> None:
+    joints = ("e", "spare", *"abcd")
+    dataset = data_for(tiny_model, joints, ("bow", "jump"))
+    wave, bow, rest = dataset.learned_by(tiny_model)
+    assert (wave, rest) == (None, None)
+    assert bow is not None
+    assert (bow.name, bow.joints) == ("bow", tiny_model.info.joints)
+    np.testing.assert_array_equal(bow.positions[0], [2, 3, 4, 5, 0])
+    assert dataset.complete(tiny_model) == tiny_model.info
+    with pytest.raises(InputError, match="no joint e, which"):
+        data_for(tiny_model, tuple("abcd"), ("bow",)).learned_by(tiny_model)
+
+
+def test_data_say_what_a_published_model_does_not(tiny_model: RNNPB) -> None:
+    dataset = data_for(tiny_model, tiny_model.info.joints, ("x", "y", "z"))
+    tiny_model.info = replace(tiny_model.info, motions=(), lengths=(), labels={})
+    info = dataset.complete(tiny_model)
+    assert (info.motions, info.lengths) == (("x", "y", "z"), (4, 4, 4))
+    assert info.labels == dataset.labels
+    with pytest.raises(InputError, match="have 2 motions, the model has learned 3"):
+        data_for(tiny_model, tiny_model.info.joints, ("x", "y")).complete(tiny_model)
 
 
 def test_data_that_do_not_fit_a_model(tiny_model: RNNPB) -> None:

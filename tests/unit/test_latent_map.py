@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.decomposition import PCA
 
-from rnnpb_explorer.core.latent_map import Array, LatentMap
+from rnnpb_explorer.core.latent_map import Array, LatentMap, spread
 
 cases = st.tuples(st.integers(1, 128), st.integers(1, 90), st.integers(0, 2**32 - 1))
 
@@ -69,6 +69,13 @@ def test_the_sign_of_a_component_is_settled() -> None:
     np.testing.assert_allclose(
         LatentMap.fit(mu).components, LatentMap.fit(2 * mu.mean(axis=0) - mu).components
     )
+
+
+def test_spread_is_of_a_sample() -> None:
+    """n - 1 in the denominator, the mean over dimensions; sqrt(2) and 2 sqrt(2) here."""
+    assert spread([[0, 0], [2, 4]]) == pytest.approx(2.12132034)
+    assert spread([[1, 0, 5], [3, 0, 8], [5, 0, 11]]) == pytest.approx(5 / 3)
+    assert spread([[3.0, 1.0]]) == spread([[2.0], [2.0]]) == 1.0  # the prior's sigma
 
 
 @pytest.fixture

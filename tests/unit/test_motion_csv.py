@@ -108,6 +108,16 @@ def test_degrees_only_when_asked_for_and_never_for_openings() -> None:
     assert "721 is no plausible angle in degrees" in message(text + "721,0,0\n", unit="degrees")
 
 
+@pytest.mark.parametrize("unit", ["radians", "degrees"])
+@pytest.mark.parametrize("value", [500, 7, -7, 3.5])
+def test_an_opening_is_bounded_in_any_unit(unit: str, value: float) -> None:
+    text = f"HeadPitch,HeadYaw,LHand\n0.1,0.2,1.2\n0.1,0.2,{value}\n"
+    said = message(text, unit=unit, openings={"LHand"})
+    assert said == (
+        f"walk.csv, row 3, column LHand: {value:g} is no plausible opening (from 0 to 1)"
+    )
+
+
 def test_size_limits() -> None:
     assert "too large" in message(b"1,2,3\n" * (MAX_CSV_BYTES // 6 + 1))
     assert f"more than {MAX_FRAMES} frames" in message("1,2,3\n" * (MAX_FRAMES + 1))

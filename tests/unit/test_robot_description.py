@@ -11,9 +11,12 @@ import pytest
 import trimesh
 
 from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.kinematics import link_poses
+from rnnpb_explorer.robot.openings import pepper_openings
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_URDF
+from rnnpb_explorer.robot.safety import check_motion
 
 VISUAL = '<visual><origin xyz="0 0 {z}"/><geometry>{geometry}</geometry>{material}</visual>'
 BODY = """<robot name="thing">
@@ -62,6 +65,37 @@ def test_pepper_is_all_there() -> None:
     assert pepper.limits["LHand"] == (0.0, 1.0)
 
 
+def test_openings_are_what_a_description_makes_of_them(tmp_path: Path) -> None:
+    assert load_robot("pepper").openings == {"LHand", "RHand"} == pepper_openings()
+    path = tmp_path / "gripper.urdf"
+    names = ("grip", "finger", "elbow", "wide", "follower", "jaw", "tooth")
+    links = "".join(f'<link name="{name}"/>' for name in ("base", *names))
+
+    def joint(name: str, upper: float, kind: str = "revolute", mimic: str = "") -> str:
+        follows = f'<mimic joint="{mimic}" multiplier="0.8"/>' if mimic else ""
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="base"/><child link="{name}"/>'
+            f'<axis xyz="0 0 1"/><limit lower="0" upper="{upper}" velocity="1" effort="1"/>'
+            f"{follows}</joint>"
+        )
+
+    joints = [
+        joint("grip", 1),
+        joint("finger", 1, mimic="grip"),
+        joint("elbow", 1),  # an angle that nothing follows
+        joint("wide", 1.5),
+        joint("follower", 1, mimic="wide"),
+        joint("jaw", 1, "prismatic"),  # metres
+        joint("tooth", 1, "prismatic", mimic="jaw"),
+    ]
+    path.write_text(f'<robot name="gripper">{links}{"".join(joints)}</robot>')
+    robot = load_robot(str(path))
+    assert robot.openings == {"grip"}
+    half_open = Motion("m", robot.joints, np.full((3, 4), 1.2, dtype=np.float32))
+    units = {v.joint: v.unit for v in check_motion(half_open, robot).violations}
+    assert units == {"grip": "", "elbow": "rad", "jaw": "m"}
+
+
 def test_pepper_stands_on_the_floor_and_is_as_tall_as_the_robot() -> None:
     heights = _heights(load_robot("pepper"))
     assert min(low for low, _ in heights.values()) == pytest.approx(0.0, abs=0.002)
@@ -89,11 +123,8 @@ def test_pepper_is_light() -> None:
     ],
 )
 def test_pepper_has_the_proportions_of_the_robot(
-    ours: str, theirs: tuple[str, ...], apart: float, shared_dir: Path
+    ours: str, theirs: tuple[str, ...], apart: float, published_pepper: Path
 ) -> None:
-    path = shared_dir / "robots" / "pepper_description" / "urdf" / "pepper.urdf"
-    if not path.exists():
-        pytest.skip("needs robots/pepper_description in the shared folder")
 
     def bounds(robot: Robot, links: tuple[str, ...]) -> np.ndarray:
         points = [s.mesh.vertices for s in robot.shapes if s.link in links]
@@ -101,7 +132,7 @@ def test_pepper_has_the_proportions_of_the_robot(
         return np.stack([together.min(axis=0), together.max(axis=0)])
 
     mine = bounds(load_robot("pepper"), (ours,))
-    np.testing.assert_allclose(mine, bounds(load_robot(str(path)), theirs), atol=apart)
+    np.testing.assert_allclose(mine, bounds(load_robot(str(published_pepper)), theirs), atol=apart)
 
 
 def test_a_missing_mesh_is_one_warning_that_names_it(tmp_path: Path) -> None:
@@ -167,11 +198,8 @@ def test_the_urdf_colours_what_has_no_colour(tmp_path: Path) -> None:
     assert shape.material.metallicFactor == 0
 
 
-def test_the_published_description_works(shared_dir: Path) -> None:
-    path = shared_dir / "robots" / "pepper_description" / "urdf" / "pepper.urdf"
-    if not path.exists():
-        pytest.skip("needs robots/pepper_description in the shared folder")
-    robot = load_robot(str(path))
+def test_the_published_description_works(published_pepper: Path) -> None:
+    robot = load_robot(str(published_pepper))
     assert match_joints(robot, PEPPER_JOINTS).missing == ()
     assert len(robot.warnings) == 1
     assert "d435.dae" in robot.warnings[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import runpy
 import subprocess
 import sys
@@ -19,14 +20,12 @@ from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_run import RecognitionConfig
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.export import (
-    APPROACH_SPEED,
-    LEAD_IN,
     export_motion,
     posture,
     with_safe_posture,
 )
 from rnnpb_explorer.robot.formats import FORMATS, Format
-from rnnpb_explorer.robot.importing import parse_json, parse_naoqi
+from rnnpb_explorer.robot.importing import naoqi_frames, parse_json, parse_naoqi
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_STAND
 from rnnpb_explorer.robot.safety import check_motion
 
@@ -117,7 +116,7 @@ def test_from_the_safe_posture_and_back(wild: Motion, pepper: Robot, file_format
     limits = np.array([pepper.velocity_limits[joint] for joint in PEPPER_JOINTS])
     for part in (whole.positions[: lead_in + 1], whole.positions[-lead_out - 1 :]):
         speed = np.abs(np.diff(part, axis=0)) * whole.fps
-        assert (speed <= 1.01 * APPROACH_SPEED * limits).all()
+        assert (speed <= 1.01 * 0.3 * limits).all()
 
 
 @pytest.mark.parametrize("file_format", ["json", "naoqi"])
@@ -184,7 +183,70 @@ def test_the_naoqi_script_sends_the_motion(
     assert names == list(PEPPER_JOINTS)
     assert [len(row) for row in angles] == [len(row) for row in times] == [60] * 17
     np.testing.assert_allclose(np.transpose(angles), exported.motion.positions, atol=1e-6)
-    np.testing.assert_allclose(times[3], LEAD_IN + np.arange(60) / 25, atol=1e-3)
+    np.testing.assert_allclose(times[3], 3 + np.arange(60) / 25, atol=1e-8)
+
+
+# HeadYaw of Pepper: at most 7.33998 radians a second.
+def _swing(fps: float) -> Motion:
+    """From side to side at 7.339 radians a second."""
+    positions = 1.5 - np.abs(np.arange(90) * 7.339 / fps % 6 - 3)
+    return Motion("swing", ("HeadYaw",), positions[:, None].astype(np.float32), fps)
+
+
+@pytest.mark.parametrize(
+    ("fps", "first"),
+    [
+        (25.0, [3.0, 3.04, 3.08, 3.12]),
+        (30.0, [3.0, 3.033333333, 3.066666667, 3.1]),
+        (60.0, [3.0, 3.016666667, 3.033333333, 3.05]),
+        (120.0, [3.0, 3.008333333, 3.016666667, 3.025]),
+    ],
+)
+def test_a_naoqi_script_keeps_the_speed_limit_at_any_rate(
+    pepper: Robot, fps: float, first: list[float]
+) -> None:
+    script = export_motion(_swing(fps), pepper, "naoqi").content
+    values = {
+        node.targets[0].id: ast.unparse(node.value)
+        for node in ast.parse(script).body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+    }
+    times = np.array(ast.literal_eval(values["TIMES"].partition(" *")[0])[0])
+    (angles,) = np.array(ast.literal_eval(values["ANGLES"]))
+    assert times[:4].tolist() == first
+    speed = np.abs(np.diff(angles)) / np.diff(times)
+    assert 7.33 < speed.max() < 7.33998
+    motion, read = naoqi_frames(script, "x.py")
+    np.testing.assert_array_equal(read, times)
+    np.testing.assert_allclose(motion.positions[:, 0], angles, rtol=1e-7)
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_a_script_that_breaks_limits_as_written_is_not_handed_out(
+    pepper: Robot, fps: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rnnpb_explorer.robot.export.NAOQI_DIGITS", 3)
+    says = r"swing is not within the limits as it is written: HeadYaw: .* 7\.\d rad/s over 7\.3"
+    with pytest.raises(InputError, match=says):
+        export_motion(_swing(fps), pepper, "naoqi")
+    assert export_motion(_swing(fps), pepper, "csv").suffix == ".csv"
+    assert export_motion(_swing(fps), pepper, "naoqi", enforce_limits=False).suffix == ".py"
+
+
+@pytest.mark.parametrize(
+    ("fps", "frames", "least"), [(25.0, 36, 25), (30.0, 43, 30), (60.0, 86, 60)]
+)
+def test_the_way_from_the_safe_posture_is_slow(
+    pepper: Robot, fps: float, frames: int, least: int
+) -> None:
+    """At most 0.3 of the speed limit, 2.202 radians a second, and never less than a second."""
+    far, near = (
+        Motion("m", ("HeadYaw",), np.full((5, 1), yaw, dtype=np.float32), fps) for yaw in (2.0, 0.1)
+    )
+    whole, leads = with_safe_posture(far, pepper)
+    assert leads == (frames, frames)
+    assert 2.16 < (np.abs(np.diff(whole.positions[:, 0])) * fps).max() < 2.202
+    assert with_safe_posture(near, pepper)[1] == (least, least)
 
 
 def test_the_naoqi_script_falls_back_on_naoqi(

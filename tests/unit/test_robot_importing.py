@@ -16,7 +16,13 @@ from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
 from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.export import export_motion
 from rnnpb_explorer.robot.formats import FORMATS, Format
-from rnnpb_explorer.robot.importing import MAX_BYTES, import_motion, parse_json, parse_naoqi
+from rnnpb_explorer.robot.importing import (
+    MAX_BYTES,
+    import_motion,
+    parse_json,
+    parse_naoqi,
+    read_motion,
+)
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 
@@ -76,6 +82,40 @@ def test_a_joint_that_the_file_lacks_is_named(calm: Motion, pepper: Robot) -> No
     exported = export_motion(calm, pepper, "json").content
     with pytest.raises(InputError, match=r"x\.json has no joint Tail"):
         imported(exported, ".json", (*PEPPER_JOINTS, "Tail"))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".py"])
+@pytest.mark.parametrize("value", [500.0, 7.0, -7.0])
+def test_a_hand_that_is_opened_too_far(
+    calm: Motion, pepper: Robot, suffix: str, value: float
+) -> None:
+    calm.positions[4, PEPPER_JOINTS.index("RHand")] = value
+    formats: dict[str, Format] = {".csv": "csv", ".json": "json", ".py": "naoqi"}
+    written = export_motion(calm, pepper, formats[suffix], enforce_limits=False).content
+    with pytest.raises(InputError, match=rf"RHand: {value:g} is no plausible opening") as refused:
+        imported(written, suffix)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_opening_is_not_a_name() -> None:
+    """A joint of another robot that is called as Pepper's hand is an angle there."""
+    content = b"RHand\n5\n5\n"
+    motion = import_motion(
+        content, ".csv", ("RHand",), name="x", source="x", fps=25.0, openings=frozenset()
+    )
+    assert motion.positions[0, 0] == 5
+    with pytest.raises(InputError, match="no plausible opening"):
+        imported(content, ".csv", ("RHand",))
+
+
+def test_a_file_in_degrees(tmp_path: Path) -> None:
+    (tmp_path / "turn.csv").write_text("RHand,HeadYaw\n0.5,90\n1,-90\n")
+    motion = read_motion(tmp_path / "turn.csv", ("HeadYaw", "RHand"), unit="degrees")
+    np.testing.assert_allclose(motion.positions, [[np.pi / 2, 0.5], [-np.pi / 2, 1.0]], rtol=1e-6)
+    assert (motion.name, motion.fps) == ("turn", 25.0)
+    (tmp_path / "turn.json").write_text("{}")
+    with pytest.raises(InputError, match=r"turn\.json is an export and in radians"):
+        read_motion(tmp_path / "turn.json", ("HeadYaw",), unit="degrees")
 
 
 def test_a_motion_at_another_rate_is_refused(calm: Motion, pepper: Robot) -> None:

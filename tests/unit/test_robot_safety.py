@@ -68,6 +68,30 @@ def test_too_fast(pepper: Robot) -> None:
     assert check_motion(_yaw(*calm, 2.1 * YAW_STEP), pepper).light == "red"
 
 
+@pytest.mark.parametrize(
+    ("fps", "step", "light"),
+    [
+        (25.0, 0.29, "green"),  # 7.25 radians a second; the limit is 7.34
+        (30.0, 0.24, "green"),
+        (30.0, 0.25, "amber"),  # 7.5
+        (30.0, 0.5, "red"),
+        (60.0, 0.12, "green"),
+        (60.0, 0.125, "amber"),
+        (60.0, 0.25, "red"),  # 15, more than twice the limit
+    ],
+)
+def test_speed_is_a_matter_of_the_rate(pepper: Robot, fps: float, step: float, light: str) -> None:
+    positions = np.array([0.0] * 6 + [step] * 3, dtype=np.float32)[:, None]
+    motion = Motion("turn", ("HeadYaw",), positions, fps)
+    report = check_motion(motion, pepper)
+    assert report.light == light
+    if light != "green":
+        assert report.violations[0].worst == pytest.approx(step * fps, rel=1e-5)
+    # the same frames, reached in half the time
+    faster = check_motion(motion, pepper, np.arange(9) / (2 * fps))
+    assert faster.violations[0].worst == pytest.approx(2 * step * fps, rel=1e-5)
+
+
 def test_a_jump_at_the_start_is_called_so(pepper: Robot) -> None:
     report = check_motion(_yaw(0.0, 2.5 * YAW_STEP, 2.5 * YAW_STEP, 2.5 * YAW_STEP), pepper)
     assert _only(report) == ("start", 1, 1, "red")
@@ -118,6 +142,24 @@ def test_limiting_splits_a_step_evenly(pepper: Robot) -> None:
     slowed = limit_motion(motion, pepper).positions[:, 0]
     expected = np.array([0, 0, 0, 0, 0.5, 1.5, 2, 2, 2, 2]) * YAW_STEP
     np.testing.assert_allclose(slowed, expected, atol=0.002)
+
+
+@pytest.mark.parametrize(
+    ("fps", "jump", "expected"),
+    [
+        (25.0, 0.6, [0, 0, 0, 0.00669, 0.15335, 0.44665, 0.59331, 0.6, 0.6]),
+        (30.0, 0.5, [0, 0, 0, 0.00558, 0.12779, 0.37221, 0.49442, 0.5, 0.5]),
+        (60.0, 0.25, [0, 0, 0, 0.00279, 0.06389, 0.18611, 0.24721, 0.25, 0.25]),
+    ],
+)
+def test_limiting_knows_the_rate(
+    pepper: Robot, fps: float, jump: float, expected: list[float]
+) -> None:
+    """A thousandth inside of 7.33998 radians a second, so that a file's digits break no limit."""
+    positions = np.array([0.0] * 5 + [jump] * 4, dtype=np.float32)[:, None]
+    slowed = limit_motion(Motion("turn", ("HeadYaw",), positions, fps), pepper)
+    np.testing.assert_allclose(slowed.positions[:, 0], expected, atol=6e-6)
+    assert np.abs(np.diff(slowed.positions[:, 0])).max() * fps < 7.3350
 
 
 @settings(max_examples=60, deadline=None)
