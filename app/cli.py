@@ -50,6 +50,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             "use the page; there is no password",
             file=sys.stderr,
         )
+    if app.link_for_others is not None:
+        print(f"rnnpb-explorer: others open {app.link_for_others}", file=sys.stderr)
     print(f"rnnpb-explorer is ready at {app.link}", flush=True)
     ended.wait()
     app.stop()
