@@ -73,6 +73,8 @@ def run(
             f"rnnpb-explorer: serving on {host}: everybody who reaches this machine can "
             "use the page; there is no password"
         )
+    if app.link_for_others is not None:
+        note(f"rnnpb-explorer: others open {app.link_for_others}")
     print(f"rnnpb-explorer is ready at {app.link}", flush=True)
     ended.wait()
     app.stop()

@@ -15,6 +15,7 @@ import hmac
 import ipaddress
 import re
 import secrets
+import socket
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -258,6 +259,19 @@ def is_loopback(host: str) -> bool:
 def url_host(host: str) -> str:
     """A host as it stands in a URL; one that works here for those that mean every address."""
     return "127.0.0.1" if host in WILDCARDS else f"[{host}]" if ":" in host else host
+
+
+def address_for_others() -> str | None:
+    """This machine's address on its network; nothing is sent to find it. None where it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(
+                ("192.0.2.1", 9)
+            )  # reserved for examples: it stands for any other machine
+        except OSError:
+            return None
+        address: str = probe.getsockname()[0]
+    return address
 
 
 def _origin(flag: str, text: str) -> str:

@@ -231,6 +231,10 @@ class Screen:
         self._view.show_code(code)
 
     # --- the camera ---
+    def fold(self) -> None:
+        """Fold the panels away: on a phone they would cover the boards."""
+        self._client.gui.main_panel.minimize()
+
     def resized(self, width: int, height: int) -> None:
         """The canvas has another shape; everything is shown again, if it was before."""
         aspect = width / max(height, 1)

@@ -33,7 +33,7 @@ from ..state.facts import Facts, ModelFacts
 from ..state.opening import opening_document
 from ..state.statecode import decode
 from ..state.wanted import motion_steps
-from .door import make_door, url_host
+from .door import WILDCARDS, address_for_others, make_door, url_host
 from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
 from .robot_nodes import add_robot
@@ -98,7 +98,11 @@ class App:
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
         self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
-        self.link = door.link(self.url)  # to give to people: with the token in it
+        self.link = door.link(self.url)  # with the token in it
+        others = address_for_others() if options.host in WILDCARDS else None
+        self.link_for_others = (
+            None if others is None else door.link(f"http://{others}:{self._server.get_port()}")
+        )
 
     def stop(self) -> None:
         """End every session and the server."""

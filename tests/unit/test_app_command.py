@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from rnnpb_explorer.app.commands.explorer import main
+from rnnpb_explorer.app.page.door import address_for_others
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.model import RNNPB
 
@@ -97,6 +98,9 @@ def test_the_printed_link_opens_the_door(checkpoint: str) -> None:
         process.terminate()
         _, errors = process.communicate(timeout=TIMEOUT)
     assert "everybody" not in errors
+    others = address_for_others()
+    assert (f"others open http://{others}:" in errors) == (others is not None)
+    assert errors.count("/?token=a%26b") == (others is not None)
 
 
 @pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")

@@ -10,7 +10,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
-from rnnpb_explorer.app.page.door import Door, make_door
+from rnnpb_explorer.app.page.door import Door, address_for_others, make_door
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
 from rnnpb_explorer.core.checkpoint import save_checkpoint
 from rnnpb_explorer.core.errors import InputError
@@ -174,6 +174,16 @@ def test_the_names_of_a_server_for_others(
     door = make_door(bound, token="secret")
     assert [door.serves(host, address) for host in served] == [True] * len(served)
     assert [door.serves(host, address) for host in refused] == [False] * len(refused)
+
+
+@pytest.mark.skipif(address_for_others() is None, reason="this machine is on no network")
+def test_others_come_in_by_the_link_for_them(serve: Serve) -> None:
+    app = serve(host="0.0.0.0", token=TOKEN)
+    assert app.link_for_others is not None
+    page = WireBrowser(app.link_for_others)
+    page.widget("Motion")
+    page.leave()
+    assert serve().link_for_others is None
 
 
 def test_the_port_that_browsers_leave_out_is_the_same_origin() -> None:
