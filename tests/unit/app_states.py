@@ -89,9 +89,7 @@ def after(facts: Facts, document: Document, *intents: do.DocumentIntent) -> Docu
     return document
 
 
-def newly_wanted(
-    facts: Facts, document: Document, *intents: do.DocumentIntent
-) -> dict[Slot, Work]:
+def newly_wanted(facts: Facts, document: Document, *intents: do.DocumentIntent) -> dict[Slot, Work]:
     """The work that intents ask for and that the document before did not."""
     before = wanted(facts, document)
     works = wanted(facts, after(facts, document, *intents))
@@ -117,9 +115,7 @@ def target_motion(
     return Motion(name, joints, positions.reshape(frames, len(joints)), fps=20.0)
 
 
-def make_target(
-    frames: int = 10, name: str = "given", joints: tuple[str, ...] = JOINTS
-) -> Target:
+def make_target(frames: int = 10, name: str = "given", joints: tuple[str, ...] = JOINTS) -> Target:
     return target_of_motion(target_motion(frames, name, joints))
 
 
@@ -131,9 +127,7 @@ def motion_result(work: MotionWork, joints: int = len(JOINTS)) -> MotionResult:
 
 def landscape_result(*, complete: bool = True) -> LandscapeResult:
     axis = np.linspace(-1.0, 1.0, 20)
-    return LandscapeResult(
-        Landscape(np.zeros((20, 20), np.float32), axis, axis, complete=complete)
-    )
+    return LandscapeResult(Landscape(np.zeros((20, 20), np.float32), axis, axis, complete=complete))
 
 
 def make_trace(

@@ -37,9 +37,9 @@ from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import AppState, ModelFacts, initial_state
 from rnnpb_explorer.app.state.transitions import Facts
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.importing import SUFFIXES
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 from .app_states import (
     FACTS,
