@@ -365,4 +365,3 @@ def test_any_values_in_a_sound_code_are_harmless(data: st.DataObject) -> None:
             near = st.floats(-2, 2) | st.integers(-2, 300) | st.booleans()
         container[key] = data.draw(near | VALUES)
     assert_harmless(pack(content))
-
