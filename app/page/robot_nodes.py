@@ -10,7 +10,6 @@ import viser
 
 from ...core.data import EYE_LEDS
 from ...robot.description import Robot
-from ...robot.kinematics import quaternions
 from ...robot.meshes import Shape, to_glb
 from .shown import RobotShown
 
