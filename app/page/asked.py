@@ -48,14 +48,16 @@ class Hello(Asked, frozen=True, tag=True):
     """The first word on a connection; only then does a page get what is shown.
 
     document: what `DocumentShown` left with the tab. width, height: of the canvas in CSS pixels,
-    ratio: device pixels for one. dark: what the person's system prefers. playback: None on a page
-    that is new.
+    ratio: device pixels for one. page_width, page_height: of the window. dark: what the person's
+    system prefers. playback: None on a page that is new.
     """
 
     document: Annotated[str, Meta(max_length=MAX_DOCUMENT)] | None
     width: Pixels
     height: Pixels
     ratio: Ratio
+    page_width: Pixels
+    page_height: Pixels
     dark: bool
     playback: Playback | None
 
@@ -135,6 +137,8 @@ class Resized(Asked, frozen=True, tag=True):
     width: Pixels
     height: Pixels
     ratio: Ratio
+    page_width: Pixels
+    page_height: Pixels
 
 
 class Broken(Asked, frozen=True, tag=True):

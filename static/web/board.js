@@ -97,6 +97,10 @@ export class Board {
   fitted(extent, _box) {
     return extent;
   }
+  /** The part of this box that the plot fills. @param {Box} box @returns {Box} */
+  shaped(box) {
+    return box;
+  }
   /** Pixels around the plot. @returns {{ left: number, right: number, top: number, bottom: number }} */
   margins() {
     return { left: 34, right: 8, top: 6, bottom: 30 };
@@ -140,12 +144,12 @@ export class Board {
     const extent = this.zoomedTo ?? this.home;
     if (!extent || width < 2) return null;
     const m = this.margins();
-    const box = {
+    const box = this.shaped({
       left: m.left,
       top: m.top,
       width: Math.max(width - m.left - m.right, 10),
       height: Math.max(height - m.top - m.bottom, 10),
-    };
+    });
     return { extent: this.fitted(extent, box), box };
   }
 

@@ -93,14 +93,35 @@ export const requestRender = () => mutable().requestRender();
 /** @type {(name: string) => Node3 | undefined} */
 export const sceneNode = (name) => mutable().nodeRefFromName[name];
 
-export const canvas = () => mutable().canvas;
-
 /** The box that the canvas fills, which may be made smaller. @returns {HTMLElement | null} */
 export function canvasFrame() {
   let found = mutable().canvas?.parentElement ?? null;
   for (let i = 0; found && i < WAY_UP; i++) {
     if (found.style.zIndex === "0") return found;
     found = found.parentElement;
+  }
+  return null;
+}
+
+/** On a phone: viser's own sheet, which else lies over what is ours. @returns {HTMLElement | null} */
+export function phoneSheet() {
+  for (const sheet of document.querySelectorAll(".mantine-Paper-root")) {
+    const { position, zIndex } = /** @type {HTMLElement} */ (sheet).style;
+    if (position === "fixed" && zIndex === "10") return /** @type {HTMLElement} */ (sheet);
+  }
+  return null;
+}
+
+/**
+ * Fold viser's sheet away; a tap on its head opens it.
+ * @param {HTMLElement} sheet
+ * @returns {HTMLElement | null} its head
+ */
+export function foldSheet(sheet) {
+  for (const part of sheet.querySelectorAll("div")) {
+    if (part.style.cursor !== "pointer" || part.style.height !== "3.5em") continue;
+    part.click();
+    return part;
   }
   return null;
 }

@@ -77,6 +77,7 @@ const LIGHT = {
   puck: "#ffb000",
   ink: "#16202c",
   path: "#b3003c",
+  circle: "#b3003c",
   sample: "#0b6b4f",
   band: "rgb(0 114 178 / 0.18)",
   curve: "#0072b2",
@@ -97,12 +98,22 @@ const DARK = {
   puck: "#ffb000",
   ink: "#f4f7fa",
   path: "#ff6b93",
+  circle: "#ff6b93",
   sample: "#43c59e",
   band: "rgb(86 180 233 / 0.22)",
   curve: "#56b4e9",
   target: "#e6a54a",
   warning: "#ffa05c",
   observed: "rgb(86 180 233 / 0.13)",
+};
+
+/** On the landscape's own colours, light or dark the page. */
+export const ON_LANDSCAPE = {
+  path: "#c2003f",
+  circle: "#ffffff",
+  sample: "#ffffff",
+  plot: "#ffffff",
+  halo: "rgb(255 255 255 / 0.9)",
 };
 
 /** @type {(dark: boolean) => Theme} */

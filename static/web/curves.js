@@ -2,7 +2,7 @@
 
 import { classMark } from "./colors.js";
 import { FONT, line } from "./plot.js";
-import { formatted, ticks, toPixel } from "./scales.js";
+import { clamp, formatted, ticks, toPixel } from "./scales.js";
 
 /** @typedef {import("./plot.js").Context} Context */
 /** @typedef {import("./scales.js").View} View */
@@ -119,7 +119,10 @@ function drawSeconds(context, view, { frames, fps, joint }, colors) {
   for (const second of seconds) {
     const x = Math.round(toPixel(view, [second * fps, 0])[0]) + 0.5;
     line(context, colors.grid, x, box.top, x, box.top + box.height);
-    context.fillText(`${formatted(second, seconds[1] < 1 ? 1 : 0)} s`, x, box.top + box.height + 3);
+    const text = `${formatted(second, seconds[1] < 1 ? 1 : 0)} s`;
+    const half = context.measureText(text).width / 2;
+    const at = clamp(x, half, 2 * box.left + box.width - half);
+    context.fillText(text, at, box.top + box.height + 3);
   }
   if (joint === null || extent.bottom > 0 || extent.top < 0) return;
   const zero = Math.round(toPixel(view, [0, 0])[1]) + 0.5;

@@ -1,7 +1,7 @@
 /** The correlation landscape: numbers from the server, coloured here, with the puck in its window. */
 
 import { Board } from "./board.js";
-import { gradient, rgb } from "./colors.js";
+import { gradient, ON_LANDSCAPE, rgb } from "./colors.js";
 import { cellAt, contour, interpolated, maximum } from "./grid.js";
 import { wordsOnPath } from "./map.js";
 import { element, say } from "./page.js";
@@ -145,6 +145,14 @@ export class LandscapeBoard extends Board {
     return this.grid.y.length === 1;
   }
 
+  /** Equal units along both axes, in as large a part of the box as that leaves. @type {Board["shaped"]} */
+  shaped(box) {
+    if (this.flat || !this.home) return box;
+    const { left, right, bottom, top } = this.home;
+    const unit = Math.min(box.width / (right - left), box.height / (top - bottom));
+    return { ...box, width: unit * (right - left), height: unit * (top - bottom) };
+  }
+
   labels() {
     return this.flat
       ? [this.shown?.axis_labels[0] ?? "", "correlation"]
@@ -209,7 +217,12 @@ export class LandscapeBoard extends Board {
     this.drawLearned(context, view, shown);
     if (path?.on_landscape) {
       const { on_landscape: mu, samples_on_landscape: samples, radii, shown: last } = path;
-      drawPath(context, view, { mu, samples, radii, shown: last }, this.theme);
+      drawPath(
+        context,
+        view,
+        { mu, samples, radii, shown: last },
+        { ...this.theme, ...ON_LANDSCAPE },
+      );
     }
   }
 

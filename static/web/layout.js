@@ -6,7 +6,7 @@
  * and are put back into whatever holds their place.
  */
 
-import { canvas, canvasFrame, PHONE, panelOf } from "./bridge.js";
+import { canvasFrame, foldSheet, PHONE, panelOf, phoneSheet } from "./bridge.js";
 import { element, say } from "./page.js";
 
 /** @typedef {import("./board.js").Board} Board */
@@ -19,14 +19,18 @@ export class Layout {
    * @param {Board[]} boards
    * @param {import("./timebar.js").TimeBar} timebar
    * @param {(asked: import("./messages.js").Asked) => void} ask
+   * @param {() => void} fitted called when the canvas may have another size
    */
-  constructor(boards, timebar, ask) {
+  constructor(boards, timebar, ask, fitted) {
     this.boards = boards;
     this.timebar = timebar;
     this.ask = ask;
+    this.fitted = fitted;
     this.phone = matchMedia(PHONE);
     this.shown = 0; // which board a phone shows
     /** @type {WeakSet<Element>} */ this.watched = new WeakSet();
+    /** @type {HTMLElement | null} */ this.head = null; // what stays of viser's panels on a phone
+    /** @type {WeakSet<Element>} */ this.moved = new WeakSet();
     this.resized = new ResizeObserver(() => this.arrange());
     this.notice = element("div", { class: "rb-notice", role: "status", hidden: true });
     this.tabs = boards.map((board, i) => this.tab(board, i));
@@ -93,6 +97,18 @@ export class Layout {
     if (board && this.slot.firstElementChild !== board.root) this.slot.replaceChildren(board.root);
     if (this.timebar.root.parentElement !== this.sheet) this.sheet.append(this.timebar.root);
     this.timebar.root.style.cssText = "";
+    this.moveSheet();
+  }
+
+  /** viser's own panels hang from the top on a phone, folded, like a menu. */
+  moveSheet() {
+    const sheet = phoneSheet();
+    if (!sheet || this.moved.has(sheet)) return;
+    this.moved.add(sheet);
+    const { style } = sheet;
+    [style.top, style.bottom, style.minHeight, style.maxHeight] = ["0", "auto", "0", "46%"];
+    [style.left, style.width] = ["0", "auto"];
+    this.head = foldSheet(sheet);
   }
 
   arrangeDesk() {
@@ -124,9 +140,12 @@ export class Layout {
     if (!frame) return;
     this.watch(frame);
     this.watch(part);
-    const room = `calc(100% - ${part.offsetHeight}px)`;
+    const above = phone ? (this.head?.offsetHeight ?? 0) : 0;
+    const room = `calc(100% - ${part.offsetHeight + above}px)`;
     if (frame.style.height !== room) frame.style.height = room;
-    const box = (canvas() ?? frame).getBoundingClientRect();
+    if (frame.style.marginTop !== `${above}px`) frame.style.marginTop = `${above}px`;
+    const box = frame.getBoundingClientRect();
+    this.fitted();
     if (phone) return;
     const { style } = part;
     for (const [name, value] of /** @type {const} */ ([

@@ -1,6 +1,6 @@
 /** Everything together: what the server shows goes to its part, what a person does goes to the server. */
 
-import { canvas, listen, missing, send } from "./bridge.js";
+import { canvasFrame, listen, missing, send } from "./bridge.js";
 import { spaceToggles } from "./keys.js";
 import { LandscapeBoard } from "./landscape.js";
 import { Layout } from "./layout.js";
@@ -15,6 +15,7 @@ import { TimeBar } from "./timebar.js";
 /** @typedef {import("./messages.js").Shown} Shown */
 /** @typedef {{ [Kind in keyof Shown]: (shown: Shown[Kind]) => void }} Handlers */
 
+const RESIZE_MS = 300;
 const DOCUMENT = "rnnpb.document"; // in the tab's own storage
 
 class Part {
@@ -26,11 +27,10 @@ class Part {
     this.landscape = new LandscapeBoard(ask);
     this.playback = new Playback(this.robots, ask, () => this.timebar?.refresh());
     this.timebar = new TimeBar(this.playback, ask);
-    this.layout = new Layout([this.map, this.landscape], this.timebar, ask);
+    this.layout = new Layout([this.map, this.landscape], this.timebar, ask, () => this.fitted());
     this.played = false;
     spaceToggles(() => this.playback.toggle(), this.timebar.play);
     listen((kind, body) => this.hear(kind, body));
-    addEventListener("resize", () => this.resized());
   }
 
   /** @returns {Handlers} */
@@ -81,6 +81,9 @@ class Part {
   hello() {
     const { playing, frame, speed, loop } = this.playback.clock;
     this.playback.number = null;
+    this.greeted = true;
+    clearTimeout(this.resting);
+    this.told = JSON.stringify(this.size());
     send({
       type: "Hello",
       document: kept(),
@@ -91,18 +94,29 @@ class Part {
   }
 
   size() {
-    const box = canvas()?.getBoundingClientRect();
+    const box = canvasFrame()?.getBoundingClientRect();
     return {
       width: Math.round(box?.width ?? innerWidth),
       height: Math.round(box?.height ?? innerHeight),
       ratio: devicePixelRatio,
+      page_width: innerWidth,
+      page_height: innerHeight,
     };
   }
 
-  resized() {
+  /** The server frames the robot anew once the canvas has kept another size for a while. */
+  fitted() {
+    const size = JSON.stringify(this.size());
+    if (size === this.told) return;
+    this.told = size;
     clearTimeout(this.resting);
-    this.resting = setTimeout(() => send({ type: "Resized", ...this.size() }), 300);
+    this.resting = setTimeout(() => {
+      if (this.greeted) send({ type: "Resized", ...this.size() });
+    }, RESIZE_MS);
   }
+
+  told = "";
+  greeted = false;
 
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   resting = undefined;

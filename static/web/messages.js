@@ -134,6 +134,7 @@
  * Everything that the page asks.
  * @typedef {(
  *   | { type: "Hello", document: string | null, width: number, height: number, ratio: number,
+ *       page_width: number, page_height: number,
  *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null }
  *   | { type: "MoveOnMap", axes: number[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "MoveOnLandscape", axes: string[], to: number[], gesture: number, number: number, done: boolean }
@@ -146,7 +147,8 @@
  *   | { type: "SetObserved", share: number }
  *   | { type: "Undo" }
  *   | { type: "Redo" }
- *   | { type: "Resized", width: number, height: number, ratio: number }
+ *   | { type: "Resized", width: number, height: number, ratio: number,
+ *       page_width: number, page_height: number }
  *   | { type: "Broken", reason: string }
  * )} Asked
  */

@@ -24,11 +24,11 @@ export function drawPath(context, view, { mu, radii, samples, shown }, colors) {
   const at = (/** @type {number} */ i) => toPixel(view, pointOf(mu.data, i));
   context.save();
   const every = Math.max(1, Math.ceil(last / MOST_CIRCLES));
-  context.strokeStyle = colors.path;
+  context.strokeStyle = colors.circle;
   context.lineWidth = 1;
   for (let i = last % every; i <= last; i += every) {
     const [x, y] = at(i);
-    context.globalAlpha = i === last ? 0.9 : 0.12 + 0.25 * (i / Math.max(last, 1));
+    context.globalAlpha = i === last ? 0.9 : 0.15 + 0.3 * (i / Math.max(last, 1));
     context.beginPath();
     context.arc(x, y, Math.min(Math.abs(radii.data[i]) * unit, MOST_RADIUS), 0, 2 * Math.PI);
     context.stroke();
@@ -41,7 +41,7 @@ export function drawPath(context, view, { mu, radii, samples, shown }, colors) {
 
 /** @type {(context: Context, view: View, samples: Numbers, color: string) => void} */
 function drawSamples(context, view, samples, color) {
-  context.globalAlpha = 0.75;
+  context.globalAlpha = 0.85;
   context.lineWidth = 1.4;
   for (let i = 0; i + 1 < samples.data.length; i += 2) {
     const [x, y] = toPixel(view, [samples.data[i], samples.data[i + 1]]);

@@ -83,6 +83,15 @@ const SHEET = `
 .rb-numbers .rb-stage, .rb-numbers .rb-note { grid-column: 1 / 3; }
 .rb-numbers .rb-note { color: var(--rb-quiet); }
 .rb-stage[data-complete=false] { color: var(--rb-warning); }
+@container (min-height: 400px) { .rb-map .rb-legend { max-height: 106px; } }
+@container (max-aspect-ratio: 10/11) {
+  .rb-landscape .rb-body { flex-direction: column; }
+  .rb-landscape .rb-legend { width: auto; flex-direction: row; gap: 18px; padding: 0 4px 6px 34px; overflow: hidden; }
+  .rb-landscape .rb-key { height: auto; }
+  .rb-landscape .rb-numbers { display: flex; flex-wrap: wrap; align-content: center; gap: 2px 6px; }
+  .rb-landscape .rb-numbers dd { margin-right: 8px; }
+  .rb-landscape .rb-note { width: 100%; }
+}
 @container (min-aspect-ratio: 21/20) {
   .rb-map .rb-body { flex-direction: row; }
   .rb-map .rb-legend { max-height: none; width: 104px; padding-top: 6px; }
