@@ -93,8 +93,11 @@ def _iterate(
     model: RNNPB, target: Tensor, config: LMConfig, cancelled: Callable[[], bool]
 ) -> Iterator[RecognitionStep]:
     observed = int(config.observed * len(target))
-    distances = observed_losses(model, model.mu, target[:observed], cancelled)
-    starts = model.mu.detach()[distances.argsort()[: config.starts]]
+    distances = []
+    for chunk in chunks(model.mu.detach(), observed):
+        _stop_if(cancelled)
+        distances.append(observed_losses(model, chunk, target[:observed]))
+    starts = model.mu.detach()[torch.cat(distances).argsort()[: config.starts]]
     descent = _Descent(starts, prior=model.stochastic and bool(model.config.beta))
     for iteration in range(config.iterations):
         with torch.no_grad():
