@@ -35,6 +35,7 @@ from ..state.work import ExportWork, Slot, Work
 from .boards.board import REDRAW_SECONDS
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
+from .uploads import CODE_SUFFIX
 
 FRAME_SECONDS = 1 / 30
 # Widgets that a person holds and boards that are drawn now and then are written late; this long
@@ -225,7 +226,7 @@ class Session:
         if len(code) <= MAX_LINE:
             screen.show_code(code)
             return
-        self._client.send_file_download("screen.rnnpb", code.encode(), save_immediately=True)
+        self._client.send_file_download(f"screen{CODE_SUFFIX}", code.encode(), save_immediately=True)
         screen.say(
             "The upload makes this code too long for a line; it was saved as a file", good=True
         )

@@ -17,6 +17,7 @@ from ..state.facts import ModelFacts
 from ..state.statecode import PREFIX
 
 MAX_NAME = 76  # characters
+CODE_SUFFIX = ".rnnpb"  # of a state code that is too long for a line
 log = logging.getLogger(__name__)
 
 

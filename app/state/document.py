@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
-from ...core.motion import Motion
+from ...core.motion import MAX_FRAMES, MIN_FRAMES, Motion
 from ...core.recognition_run import Init
 from ...core.windows import Window
 from ...robot.formats import Format
@@ -86,6 +86,8 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         frame = 4 * len(self.joints)
         if not frame or not self.positions or len(self.positions) % frame:
             raise ValueError("a motion of broken frames")
+        if not MIN_FRAMES <= len(self) <= MAX_FRAMES:
+            raise ValueError(f"a motion has from {MIN_FRAMES} to {MAX_FRAMES} frames")
         if not np.isfinite(np.frombuffer(self.positions, "<f4")).all():
             raise ValueError("a motion with NaN or infinity")
         if self.eyes and len(self.eyes) != len(self) * 48:

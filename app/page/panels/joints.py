@@ -40,6 +40,7 @@ class JointsPanel:
         # Made here, all of them: made later they would land outside of their tab.
         self._plots = [self._add_plot(gui, color) for color in COLORS[: len(joints)]]
         self._drawn: tuple[object, ...] = ()
+        self._curves: tuple[object, object] = (None, None)  # the motion and the target in them
         self._next_cursor = 0.0
 
     def show(self, picture: Picture) -> None:
@@ -50,15 +51,23 @@ class JointsPanel:
         if motion is None or reference is None:
             return
         shaded = observed_frames(picture, len(reference))
-        what = (id(motion), id(reference), joint, shaded, picture.active)
+        # An uploaded motion makes its array anew each time.
+        given = given_target(picture.facts, picture.document, picture.active)
+        compared = (motion, reference if given is None else given)
+        same = all(one is drawn for one, drawn in zip(compared, self._curves, strict=True))
+        what = (joint, shaded, picture.active)
         frame = picture.frame()
-        if what == self._drawn[:-1] and (
-            frame == self._drawn[-1]
-            or (picture.document.playback.playing and self._clock() < self._next_cursor)
+        if (
+            same
+            and what == self._drawn[:-1]
+            and (
+                frame == self._drawn[-1]
+                or (picture.document.playback.playing and self._clock() < self._next_cursor)
+            )
         ):
             return
         self._next_cursor = self._clock() + CURSOR_INTERVAL
-        self._drawn = (*what, frame)
+        self._drawn, self._curves = (*what, frame), compared
         columns = shown_joints(facts.joints, joint, reference)
         for plot, column in zip(self._plots, columns, strict=False):
             data, low, high = curves(
