@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
     from .correlation import landscape
-    from .data import Dataset, load_dataset
+    from .data import Dataset
     from .errors import InputError
     from .model import RNNPB, ModelConfig, ModelInfo
     from .motion import Motion, MotionLabel, parse_motion, read_motion, write_motion
@@ -33,7 +33,6 @@ __all__ = [
     "RecognitionResult",
     "landscape",
     "load_checkpoint",
-    "load_dataset",
     "parse_motion",
     "read_motion",
     "recognize",
@@ -45,7 +44,7 @@ __all__ = [
 _MODULES = {
     "checkpoint": ("load_checkpoint", "save_checkpoint", "shipped_checkpoints"),
     "correlation": ("landscape",),
-    "data": ("Dataset", "load_dataset"),
+    "data": ("Dataset",),
     "errors": ("InputError",),
     "model": ("RNNPB", "ModelConfig", "ModelInfo"),
     "motion": ("Motion", "MotionLabel", "parse_motion", "read_motion", "write_motion"),

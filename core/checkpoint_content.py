@@ -13,10 +13,10 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from .data import PEPPER_JOINTS
 from .errors import InputError
 from .model import RNNPB, ModelConfig, ModelInfo
 from .motion import MAX_FRAMES, MotionLabel
+from .published import PUBLISHED_JOINTS
 
 FORMAT = "rnnpb-explorer"
 FORMAT_VERSION = 1
@@ -112,9 +112,9 @@ def from_published(content: Mapping[str, Any]) -> RNNPB:
         "weight_out": tensors["linear.weight"],
         "bias_out": tensors["linear.bias"],
     }
-    known = joints == len(PEPPER_JOINTS)
+    known = joints == len(PUBLISHED_JOINTS)
     info = ModelInfo(
-        joints=PEPPER_JOINTS if known else tuple(f"joint {i}" for i in range(joints)),
+        joints=PUBLISHED_JOINTS if known else tuple(f"joint {i}" for i in range(joints)),
         attribution="published with the paper by J. Hwang, MIT licence",
     )
     return _build(config, info, state)

@@ -10,7 +10,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,6 +18,8 @@ from typing import Literal
 from .errors import InputError
 
 MAX_ANGLE = 4 * math.pi  # no joint turns twice around; more is degrees or rubbish
+# A network may overshoot 0 and 1 a little; more is a percentage, degrees or rubbish.
+OPENING_RANGE = (-1.0, 2.0)
 
 Unit = Literal["radians", "degrees"]
 
@@ -98,17 +100,27 @@ class CsvTable:
         return [header.index(name) for name in names]
 
     def values(
-        self, row: Row, columns: Sequence[int], joints: Sequence[str], unit: Unit = "radians"
+        self,
+        row: Row,
+        columns: Sequence[int],
+        joints: Sequence[str],
+        unit: Unit = "radians",
+        openings: Collection[str] = frozenset(),
     ) -> list[float]:
         """One frame: the values of `joints`, which stand in `columns`, in the file's unit.
 
         Raises:
-            InputError: a cell is no number, not finite, or beyond any angle.
+            InputError: a cell is no number, not finite, or beyond any angle or opening.
         """
-        return [
-            self._value(row.cells[column], f"{row.where}, column {joint}", unit)
-            for column, joint in zip(columns, joints, strict=True)
-        ]
+        values = []
+        for column, joint in zip(columns, joints, strict=True):
+            where = f"{row.where}, column {joint}"
+            value = self.number(row.cells[column], where)
+            fault = implausible(value, None if joint in openings else unit)
+            if fault:
+                raise InputError(f"{where}: {fault}")
+            values.append(value)
+        return values
 
     def number(self, cell: str, where: str) -> float:
         """
@@ -121,19 +133,21 @@ class CsvTable:
             raise InputError(f"{where}: {_fault(cell)}")
         return value
 
-    def _value(self, cell: str, where: str, unit: Unit) -> float:
-        value = self.number(cell, where)
-        limit = MAX_ANGLE if unit == "radians" else math.degrees(MAX_ANGLE)
-        if abs(value) > limit:
-            hint = "; is the file in degrees?" if unit == "radians" else ""
-            raise InputError(
-                f"{where}: {value:g} is no plausible angle in {unit} (at most {limit:.4g}){hint}"
-            )
-        return value
-
     def _point(self, cell: str) -> str:
         """The cell with a decimal point for a decimal comma, where the comma does not separate."""
         return cell if self._delimiter == "," else cell.replace(",", ".", 1)
+
+
+def implausible(value: float, unit: Unit | None) -> str:
+    """Why the value is none of a joint in this unit, None for an opening; "" where it may be."""
+    if unit is None:
+        low, high = OPENING_RANGE
+        return "" if low <= value <= high else f"{value:g} is no plausible opening (from 0 to 1)"
+    limit = MAX_ANGLE if unit == "radians" else math.degrees(MAX_ANGLE)
+    if abs(value) <= limit:
+        return ""
+    hint = "; is the file in degrees?" if unit == "radians" else ""
+    return f"{value:g} is no plausible angle in {unit} (at most {limit:.4g}){hint}"
 
 
 def read_csv_bytes(path: Path, limit: int) -> bytes:

@@ -1,17 +1,11 @@
-"""Training motions: REBL-Pepper as published, or a folder of one CSV file a motion.
-
-REBL-Pepper: M. Marmpena, F. Garcia, A. Lim, N. Hemion, T. Wennekers, "Data-driven emotional body
-language generation for social robotics", CC BY 4.0. Section IV.A of the paper uses it with each
-posture mirrored, 72 motions in all.
-"""
+"""Training motions, and a folder of them: one CSV file a motion."""
 
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,40 +13,12 @@ import numpy as np
 
 from .csv_table import CsvTable, Row, read_csv_bytes
 from .errors import InputError
-from .motion import MAX_CSV_BYTES, Motion, MotionLabel, check_length, read_motion
+from .motion import MAX_CSV_BYTES, Motion, MotionLabel, read_motion
 
 if TYPE_CHECKING:
-    from .model import RNNPB
+    from .model import RNNPB, ModelInfo
 
-REBL_PEPPER_FPS = 25.0
-PEPPER_JOINTS = (
-    "HeadPitch",
-    "HeadYaw",
-    "HipPitch",
-    "HipRoll",
-    "KneePitch",
-    "LElbowRoll",
-    "LElbowYaw",
-    "LHand",
-    "LShoulderPitch",
-    "LShoulderRoll",
-    "LWristYaw",
-    "RElbowRoll",
-    "RElbowYaw",
-    "RHand",
-    "RShoulderPitch",
-    "RShoulderRoll",
-    "RWristYaw",
-)
-EYE_LEDS = 8  # around each eye; a column each for the intensities of red, green and blue
-EYE_COLUMNS = tuple(f"{side}{led}{c}" for side in "RL" for led in range(EYE_LEDS) for c in "RGB")
-# Joints whose axis lies in or normal to the sagittal plane turn the other way in a mirror.
-_SIGN_FLIPPED = {"HeadYaw", "HipRoll"} | {
-    side + joint for side in "LR" for joint in ("ShoulderRoll", "ElbowRoll", "ElbowYaw", "WristYaw")
-}
-_TWIN = {"L": "R", "R": "L"}
-MIRROR_SUFFIX = "_tr"
-MAX_DATA_BYTES = 100_000_000
+MIRROR_SUFFIX = "_tr"  # of the name of a motion that is another one as in a mirror
 _Ratings = tuple[float | None, float | None]  # valence, arousal; None where nobody has rated
 LABEL_FILES = ("labels_augmented.csv", "labels_raw.csv", "labels.csv")
 # Columns of a folder's files that count frames or name the motion instead of moving a joint.
@@ -87,113 +53,85 @@ class Dataset:
     def for_model(self, model: RNNPB) -> Dataset:
         """The motions that the model has learned, in the order of its PBs.
 
+        Raises:
+            InputError: other joints, or not all the motions that the model has learned.
+        """
+        motions = self.learned_by(model)
+        absent = [name for name, m in zip(model.info.motions, motions, strict=False) if m is None]
+        if absent:
+            raise InputError(f"the data lack motions the model has learned: {', '.join(absent)}")
+        there = tuple(motion for motion in motions if motion is not None)
+        labels = {m.name: self.labels[m.name] for m in there if m.name in self.labels}
+        return Dataset(there, labels, self.attribution)
+
+    def learned_by(self, model: RNNPB) -> tuple[Motion | None, ...]:
+        """(N,) the motion of each of the model's PBs, in the model's joints; None: not in the data.
+
         A model that knows its motions' names gets them by name; a published one, which does not,
         by the order of the names.
 
         Raises:
-            InputError: other joints, or not the motions that the model has learned.
+            InputError: joints are missing, or the data of a model without names have not as many
+                motions as it has PBs.
         """
         joints = model.info.joints
         missing = [joint for joint in joints if joint not in self.joints]
         if missing:
             raise InputError(f"the data have no joint {', '.join(missing)}, which the model moves")
-        by_name = {motion.name: motion for motion in self.motions}
+        order = [self.joints.index(joint) for joint in joints]
+        by_name = {
+            motion.name: Motion(motion.name, joints, motion.positions[:, order], motion.fps)
+            for motion in self.motions
+        }
         names = model.info.motions or tuple(by_name)
-        absent = [name for name in names if name not in by_name]
-        if absent:
-            raise InputError(f"the data lack motions the model has learned: {', '.join(absent)}")
         if len(names) != model.config.num_motions:
             raise InputError(
                 f"the data have {len(names)} motions, the model has learned "
                 f"{model.config.num_motions} and does not say their names"
             )
-        order = [self.joints.index(joint) for joint in joints]
-        motions = tuple(
-            Motion(name, joints, by_name[name].positions[:, order], by_name[name].fps)
-            for name in names
+        return tuple(map(by_name.get, names))
+
+    def complete(self, model: RNNPB) -> ModelInfo:
+        """What is known of the model, with what a published one does not say of its motions.
+
+        Names, lengths and labels that it does not carry are those of the data.
+
+        Raises:
+            InputError: see `learned_by`.
+        """
+        info, motions = model.info, self.learned_by(model)
+        there = [motion for motion in motions if motion is not None]
+        if len(there) < len(motions):
+            return info
+        return replace(
+            info,
+            motions=info.motions or tuple(motion.name for motion in there),
+            lengths=info.lengths or tuple(map(len, there)),
+            labels=info.labels or self.labels,
         )
-        labels = {name: self.labels[name] for name in names if name in self.labels}
-        return Dataset(motions, labels, self.attribution)
 
 
-def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = None) -> Dataset:
-    """Load REBL-Pepper's `data_raw.csv` (mirrored to 72 motions) or a folder of CSV files.
+def load_folder(
+    path: Path, joints: tuple[str, ...], openings: Collection[str] = frozenset()
+) -> Dataset:
+    """The motions of a folder of one CSV a motion, with the labels that lie beside them.
 
     Args:
-        path: the file, the folder that holds `data_raw.csv`, or a folder of one CSV a motion.
-        joints: the joints to read from a folder's files. By default Pepper's where the first file
-            has them all, else all its named columns that are no index.
+        joints, openings: see `parse_motion`.
 
     Raises:
-        InputError: nothing there, or a file that is not what it should be.
+        InputError: no CSV file there, or one that is no motion of these joints.
     """
-    path = Path(path)
-    try:
-        if path.is_dir():
-            for folder in (path, path / "original_animations"):  # as in the published repository
-                if (folder / "data_raw.csv").is_file():
-                    return _load_rebl_pepper(folder / "data_raw.csv")
-            return _load_folder(path, joints)
-        if path.is_file():
-            return _load_rebl_pepper(path)
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    raise InputError(f"no data at {path}; give REBL-Pepper's data_raw.csv or a folder of CSV files")
+    motions = tuple(read_motion(file, joints, openings=openings) for file in motion_files(path))
+    return Dataset(motions, labels_beside(path, [motion.name for motion in motions]))
 
 
-def mirror(motion: Motion) -> Motion:
-    """The motion of Pepper as in a mirror: arms swapped, sideways turns reversed."""
-    index = {joint: i for i, joint in enumerate(motion.joints)}
-    mirrored = np.empty_like(motion.positions)
-    for joint, column in index.items():
-        twin = _TWIN.get(joint[0], joint[0]) + joint[1:]
-        values = motion.positions[:, index.get(twin, column)]
-        mirrored[:, column] = -values if joint in _SIGN_FLIPPED else values
-    return Motion(motion.name + MIRROR_SUFFIX, motion.joints, mirrored, motion.fps)
+def motion_files(path: Path) -> list[Path]:
+    """The CSV files of a folder that are motions, by name.
 
-
-def behavior_class(name: str) -> str:
-    """The emotion in a REBL-Pepper name: `Happy_4_tr` -> `Happy`."""
-    return re.sub(r"(_\d+)?(_tr)?$", "", name)
-
-
-def _load_rebl_pepper(path: Path) -> Dataset:
-    table = CsvTable(read_csv_bytes(path, MAX_DATA_BYTES), path.name, ("id", *PEPPER_JOINTS))
-    if "id" not in table.first.cells:
-        raise InputError(
-            f"{path.name} is not REBL-Pepper's data_raw.csv, it has no column id; motions of one "
-            "CSV file each go into a folder"
-        )
-    [name_column, *columns] = table.columns(("id", *PEPPER_JOINTS))
-    frames: dict[str, list[list[float]]] = {}
-    for row in table:
-        name = row.cells[name_column]
-        if not name:
-            raise InputError(f"{row.where}, column id: no name of a motion")
-        frames.setdefault(name, []).append(table.values(row, columns, PEPPER_JOINTS))
-    if not frames:
-        raise InputError(f"{path.name} has a header and no frames")
-    for name, rows in frames.items():
-        check_length(len(rows), f"{path.name}, motion {name}")
-    motions = [
-        Motion(name, PEPPER_JOINTS, np.array(rows, dtype=np.float32), REBL_PEPPER_FPS)
-        for name, rows in frames.items()
-    ]
-    # The published data_augmented.csv has the mirrored motions already.
-    motions += [mirror(m) for m in motions if not _mirrored(m.name, frames)]
-    motions.sort(key=lambda motion: motion.name)
-    return Dataset(
-        tuple(motions),
-        _labels(path.parent, [motion.name for motion in motions]),
-        attribution="REBL-Pepper, M. Marmpena et al., CC BY 4.0; mirrored",
-    )
-
-
-def _mirrored(name: str, names: Iterable[str]) -> bool:
-    return name.endswith(MIRROR_SUFFIX) or name + MIRROR_SUFFIX in names
-
-
-def _load_folder(path: Path, joints: tuple[str, ...] | None) -> Dataset:
+    Raises:
+        InputError: there is none, or two for one motion.
+    """
     files = sorted(
         (
             file
@@ -210,26 +148,34 @@ def _load_folder(path: Path, joints: tuple[str, ...] | None) -> Dataset:
     twice = {name for name in names if names.count(name) > 1}
     if twice:
         raise InputError(f"{path} has more than one file for {', '.join(sorted(twice))}")
-    joints = joints or _joints(files[0])
-    motions = tuple(read_motion(file, joints, fps=REBL_PEPPER_FPS) for file in files)
-    return Dataset(motions, _labels(path, names))
+    return files
 
 
-def _joints(file: Path) -> tuple[str, ...]:
-    """The joints that a motion file names in its header."""
-    table = CsvTable(read_csv_bytes(file, MAX_CSV_BYTES), file.name, PEPPER_JOINTS)
-    if not table.first_is_header(PEPPER_JOINTS):
+def named_joints(file: Path, others: Collection[str] = ()) -> tuple[str, ...]:
+    """The joints that a motion file names in its header.
+
+    Args:
+        others: names of columns that are no joints.
+
+    Raises:
+        InputError: it has no header, or one without joints.
+    """
+    table = CsvTable(read_csv_bytes(file, MAX_CSV_BYTES), file.name)
+    if not table.first_is_header():
         raise InputError(f"{file.name} has no header; expected the names of the joints")
     names = table.first.cells
-    if set(PEPPER_JOINTS) <= set(names):
-        return PEPPER_JOINTS
-    joints = tuple(n for n in names if n.lower() not in _NO_JOINTS and n not in EYE_COLUMNS)
+    joints = tuple(n for n in names if n.lower() not in _NO_JOINTS and n not in others)
     if not joints:
         raise InputError(f"{file.name} names no joints in its header")
     return joints
 
 
-def _labels(folder: Path, names: list[str]) -> dict[str, MotionLabel]:
+def behavior_class(name: str) -> str:
+    """The emotion in a REBL-Pepper name: `Happy_4_tr` -> `Happy`."""
+    return re.sub(r"(_\d+)?(_tr)?$", "", name)
+
+
+def labels_beside(folder: Path, names: list[str]) -> dict[str, MotionLabel]:
     """Valence and arousal from the label file that lies beside the data, where it does."""
     path = next((folder / name for name in LABEL_FILES if (folder / name).is_file()), None)
     rated = {} if path is None else _read_labels(path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,14 +19,13 @@ from .files import replacing
 MAX_CSV_BYTES = 8_000_000  # ten minutes at 25 Hz with 17 joints and 48 LED columns take 7 MB
 MAX_FRAMES = 5_000
 MIN_FRAMES = 2
-OPENINGS = frozenset({"LHand", "RHand"})  # not angles: shares of an opening, from 0 to 1
 
 
 @dataclass(frozen=True)
 class Motion:
     """T frames of J joints.
 
-    positions: (T, J) float32, radians; Pepper's LHand and RHand are openings from 0 to 1.
+    positions: (T, J) float32, radians; a hand's opening goes from 0 to 1.
     """
 
     name: str
@@ -59,6 +59,7 @@ def read_motion(
     *,
     fps: float = 25.0,
     unit: Unit = "radians",
+    openings: Collection[str] = frozenset(),
 ) -> Motion:
     """Read one motion from a CSV file; see `parse_motion`.
 
@@ -67,7 +68,9 @@ def read_motion(
     """
     path = Path(path)
     content = read_csv_bytes(path, MAX_CSV_BYTES)
-    return parse_motion(content, joints, name=path.stem, source=path.name, fps=fps, unit=unit)
+    return parse_motion(
+        content, joints, name=path.stem, source=path.name, fps=fps, unit=unit, openings=openings
+    )
 
 
 def parse_motion(
@@ -78,6 +81,7 @@ def parse_motion(
     source: str = "the file",
     fps: float = 25.0,
     unit: Unit = "radians",
+    openings: Collection[str] = frozenset(),
 ) -> Motion:
     """A motion from the bytes of a CSV file.
 
@@ -87,7 +91,8 @@ def parse_motion(
 
     Args:
         source: what to call the file in messages.
-        unit: of the file's angles; the motion's are radians. Openings of hands are neither.
+        unit: of the file's angles; the motion's are radians.
+        openings: joints that are no angles but shares from 0 to 1, in any unit.
 
     Raises:
         InputError: not a motion; the message names the row (as an editor counts lines) and column.
@@ -100,7 +105,7 @@ def parse_motion(
         columns = table.columns(joints)
     elif len(table.first.cells) == len(joints):
         columns = list(range(len(joints)))
-        frames.append(table.values(table.first, columns, joints, unit))
+        frames.append(table.values(table.first, columns, joints, unit, openings))
     else:
         raise InputError(
             f"{source} has no header and {len(table.first.cells)} columns; "
@@ -109,11 +114,11 @@ def parse_motion(
     for row in table:
         if len(frames) == MAX_FRAMES:
             raise InputError(f"{source} has more than {MAX_FRAMES} frames, too many for a motion")
-        frames.append(table.values(row, columns, joints, unit))
+        frames.append(table.values(row, columns, joints, unit, openings))
     check_length(len(frames), source)
     positions = np.array(frames)
     if unit == "degrees":
-        angles = [joint not in OPENINGS for joint in joints]
+        angles = [joint not in openings for joint in joints]
         positions[:, angles] = np.radians(positions[:, angles])
     return Motion(name, joints, positions.astype(np.float32), fps)
 

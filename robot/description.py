@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,11 @@ import yourdfpy
 from numpy.typing import NDArray
 
 from ..core.errors import InputError
-from .kinematics import MOVING_TYPES, KinematicTree, build_tree
 from .meshes import Shape, load_shapes
+from .openings import openings
+from .pepper import PEPPER_URDF
+from .tree import MOVING_TYPES, KinematicTree, build_tree
 
-PEPPER_URDF = Path(str(files("rnnpb_explorer.static"))) / "pepper" / "pepper.urdf"
 DESCRIPTIONS_EXTRA = "robots"  # the optional extra that brings robot_descriptions
 
 
@@ -27,14 +27,15 @@ class Robot:
     joints: the actuated ones, in the order of the URDF; mimics follow theirs.
     limits: lower and upper position, radians (metres for a prismatic joint), infinite where the
         URDF gives none. velocity_limits: radians (metres) a second, infinite where it gives none.
+    openings: joints that are no angles, see `openings.py`.
     warnings: what is not as the URDF says, one plain line each.
     """
 
     name: str
-    urdf: yourdfpy.URDF
     joints: tuple[str, ...]
     limits: dict[str, tuple[float, float]]
     velocity_limits: dict[str, float]
+    openings: frozenset[str]
     warnings: tuple[str, ...]
     tree: KinematicTree
     shapes: tuple[Shape, ...]
@@ -122,6 +123,7 @@ def _described(name: str) -> Path:
 
 
 def _load(path: Path, name: str) -> Robot:
+    root = _read(path)
     urdf = _parse(path)
     base = _base_link(urdf, path)
     tree, warnings = build_tree(urdf, base)
@@ -137,17 +139,17 @@ def _load(path: Path, name: str) -> Robot:
     ]
     return Robot(
         name,
-        urdf,
         tuple(joint.name for joint in moving),
         {joint.name: _limits(joint) for joint in moving},
         {joint.name: _velocity_limit(joint) for joint in moving},
+        openings(root),
         tuple(warnings),
         tree,
         shapes,
     )
 
 
-def _parse(path: Path) -> yourdfpy.URDF:
+def _read(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()
     except OSError as error:
@@ -158,6 +160,10 @@ def _parse(path: Path) -> yourdfpy.URDF:
         raise InputError(f"{path} is no URDF: its root is <{root.tag}>, expected <robot>")
     if any("xacro" in str(element.tag) for element in root.iter()):
         raise InputError(f"{path} is a xacro file; expand it first: xacro {path.name} > robot.urdf")
+    return root
+
+
+def _parse(path: Path) -> yourdfpy.URDF:
     try:
         # Without scene: yourdfpy's own would need every mesh to be there and whole.
         return yourdfpy.URDF.load(

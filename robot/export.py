@@ -14,29 +14,10 @@ from ..core.errors import InputError
 from ..core.motion import Motion, format_motion
 from .description import Robot
 from .formats import FORMATS, JSON_FORMAT, Format
+from .pepper import PEPPER_STAND
 from .safety import check_motion, limit_motion
 from .safety_report import SafetyReport
 
-# Pepper's standing posture, radians; the hands are openings.
-PEPPER_STAND = {
-    "HeadYaw": 0.0,
-    "HeadPitch": -0.2,
-    "HipRoll": 0.0,
-    "HipPitch": -0.04,
-    "KneePitch": 0.0,
-    "LShoulderPitch": 1.56,
-    "LShoulderRoll": 0.14,
-    "LElbowYaw": -1.23,
-    "LElbowRoll": -0.52,
-    "LWristYaw": 0.0,
-    "LHand": 0.6,
-    "RShoulderPitch": 1.56,
-    "RShoulderRoll": -0.14,
-    "RElbowYaw": 1.23,
-    "RElbowRoll": 0.52,
-    "RWristYaw": 0.0,
-    "RHand": 0.6,
-}
 APPROACH_SPEED = 0.3  # of the velocity limits, on the way from and to the safe posture
 MIN_APPROACH = 1.0  # seconds
 UNKNOWN_SPEED = 0.5  # radians a second where a robot states no limit

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.csv_table import CsvTable, Row, read_csv_bytes
-from ..core.data import EYE_COLUMNS, EYE_LEDS, MAX_DATA_BYTES, MIRROR_SUFFIX
+from ..core.data import MIRROR_SUFFIX
 from ..core.errors import InputError
 from ..core.motion import MAX_CSV_BYTES
+from .data import MAX_DATA_BYTES
+from .pepper import EYE_COLUMNS, EYE_LEDS
 
 
 def parse_eye_colors(content: bytes, source: str = "the file") -> NDArray[np.float32] | None:

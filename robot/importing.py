@@ -1,18 +1,22 @@
-"""Motions from files: CSV, and what `robot/export.py` wrote; a script is read, never run."""
+"""Motions from files: CSV, and what `export.py` wrote; a script is read, never run."""
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import re
+from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core.csv_table import MAX_ANGLE
+from ..core.csv_table import Unit, implausible, read_csv_bytes
 from ..core.errors import InputError
-from ..core.motion import Motion, check_length, parse_motion
+from ..core.motion import MAX_CSV_BYTES, Motion, check_length, parse_motion
 from .formats import JSON_FORMAT
+from .openings import pepper_openings
 
 MAX_BYTES = 4_000_000  # the longest motion of Pepper's joints takes 1.2 MB
 SUFFIXES = (".csv", ".json", ".py")
@@ -24,8 +28,35 @@ _LAST_COMMA = re.compile(r",\s*\]")
 _UNREADABLE = (ValueError, KeyError, TypeError, OverflowError, RecursionError)
 
 
+def read_motion(
+    path: str | os.PathLike[str],
+    joints: tuple[str, ...],
+    *,
+    fps: float = 25.0,
+    unit: Unit = "radians",
+) -> Motion:
+    """A motion from a file; see `import_motion`.
+
+    Raises:
+        InputError: the file cannot be read, or its content is not a motion.
+    """
+    path = Path(path)
+    content = read_csv_bytes(path, MAX_CSV_BYTES)
+    return import_motion(
+        content, path.suffix, joints, name=path.stem, source=path.name, fps=fps, unit=unit
+    )
+
+
 def import_motion(
-    content: bytes, suffix: str, joints: tuple[str, ...], *, name: str, source: str, fps: float
+    content: bytes,
+    suffix: str,
+    joints: tuple[str, ...],
+    *,
+    name: str,
+    source: str,
+    fps: float,
+    unit: Unit = "radians",
+    openings: Collection[str] | None = None,
 ) -> Motion:
     """A motion of these joints from the bytes of a CSV file, or of a JSON or NAOqi export.
 
@@ -34,13 +65,20 @@ def import_motion(
         joints: the columns of the motion; others in the file are left out.
         name, source: what to call the motion, and the file in messages.
         fps: frames a second that the motion must have; a CSV file is taken to.
+        unit: of the angles in a CSV file.
+        openings: joints that are no angles, as in `Robot.openings`; by default Pepper's.
 
     Raises:
         InputError: not such a file, too large, joints that it lacks, or another rate.
     """
     suffix = suffix.lower()
+    openings = pepper_openings() if openings is None else openings
     if suffix not in (".json", ".py"):
-        return parse_motion(content, joints, name=name, source=source, fps=fps)
+        return parse_motion(
+            content, joints, name=name, source=source, fps=fps, unit=unit, openings=openings
+        )
+    if unit != "radians":
+        raise InputError(f"{source} is an export and in radians")
     if len(content) > MAX_BYTES:
         raise InputError(f"{source} is too large; at most {MAX_BYTES / 1e6:g} MB can be read")
     try:
@@ -54,6 +92,12 @@ def import_motion(
     if not math.isclose(found.fps, fps, rel_tol=1e-6):
         raise InputError(f"{source} has {found.fps:g} frames a second, the model {fps:g}")
     columns = [found.joints.index(joint) for joint in joints]
+    for joint, column in zip(joints, columns, strict=True):
+        values = found.positions[:, column]
+        for value in (values.min(), values.max()):
+            fault = implausible(value, None if joint in openings else "radians")
+            if fault:
+                raise InputError(f"{source}, {joint}: {fault}")
     return Motion(name, joints, np.ascontiguousarray(found.positions[:, columns]), fps)
 
 
@@ -119,8 +163,8 @@ def _motion(name: Any, joints: Any, positions: Any, fps: Any, leads: Any, source
     frames = np.ascontiguousarray(frames[first : max(len(frames) - last, 0)])
     motion = Motion(str(name), names, frames, rate)
     check_length(len(motion), source)
-    if not np.all(np.abs(motion.positions) < MAX_ANGLE):  # false for NaN, too
-        raise InputError(f"{source} has values that are no plausible angles")
+    if not np.isfinite(motion.positions).all():
+        raise InputError(f"{source} has values that are not finite")
     return motion
 
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
+from .tree import KinematicTree
+
 if TYPE_CHECKING:
     import yourdfpy
-
-    from .kinematics import KinematicTree
 
 ROUGHNESS = 0.6  # of shapes that say nothing of it
 GREY = (0.8, 0.8, 0.8, 1.0)  # of shapes without a colour

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.motion import OPENINGS, Motion
+from ..core.motion import Motion
 from .description import Robot
 from .safety_report import AMBER_POSITION, AMBER_VELOCITY, Kind, SafetyReport, Violation
 
@@ -33,7 +33,7 @@ def check_motion(motion: Motion, robot: Robot) -> SafetyReport:
     violations = _not_finite(motion)
     for k in np.flatnonzero((outside | too_fast).any(axis=0)):
         joint = joints[k]
-        unit = "" if joint in OPENINGS else "m" if joint in sliding else "rad"
+        unit = "" if joint in robot.openings else "m" if joint in sliding else "rad"
         for first, last in _runs(outside[:, k]):
             at = first + int(beyond[first : last + 1, k].argmax())
             worst, excess = float(positions[at, k]), float(beyond[at, k])

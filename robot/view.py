@@ -7,11 +7,12 @@ from functools import lru_cache
 import numpy as np
 import viser
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from ..core.data import EYE_LEDS
 from .description import Robot
-from .kinematics import JointPoses, joint_poses, quaternions
+from .kinematics import JointPoses, joint_poses
 from .meshes import Shape, to_glb
+from .pepper import EYE_LEDS
 
 # Below what a screen shows (0.1 mm at 1 m); a joint of a motion often rests like that.
 TOLERANCE = 1e-4
@@ -69,7 +70,9 @@ class RobotView:
             f"{names[carrier]}/eyes",
             np.asarray(mesh.vertices, dtype=np.float32),
             np.asarray(mesh.faces, dtype=np.uint32),
-            batched_wxyzs=quaternions(relative[:, :3, :3]),
+            batched_wxyzs=Rotation.from_matrix(relative[:, :3, :3]).as_quat(
+                canonical=True, scalar_first=True
+            ),
             batched_positions=relative[:, :3, 3],
             batched_colors=_eye_rgb(np.tile(EYE_GLOW, (2, EYE_LEDS, 1))),
             lod="off",

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from rnnpb_explorer.core import load_checkpoint
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.motion import Motion, write_motion
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 FPS = 25.0
 STANDING = {

@@ -10,9 +10,10 @@ import pytest
 import torch
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
-from rnnpb_explorer.core.data import Dataset, load_dataset
+from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import MotionLabel
+from rnnpb_explorer.robot.data import load_dataset
 
 SHARED = Path(__file__).parents[2] / "shared"  # data and published checkpoints; not for shipping
 

@@ -154,16 +154,13 @@ def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | Non
         InputError: a checkpoint or data that cannot be read, or that do not fit each other.
     """
     from ...core.checkpoint import load_checkpoint
-    from ...core.data import load_dataset
+    from ...robot.data import load_dataset
 
     model = load_checkpoint(ckpt)
     if data is None:
         return model, None
     dataset = load_dataset(data, model.info.joints).for_model(model)
-    if not model.info.motions:
-        model.info.motions = tuple(motion.name for motion in dataset.motions)
-    if not model.info.lengths:
-        model.info.lengths = tuple(len(motion) for motion in dataset.motions)
+    model.info = dataset.complete(model)
     return model, dataset
 
 

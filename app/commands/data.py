@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    from ...core.rebl_pepper import LICENCE, fetch, take
+    from ...robot.rebl_pepper import LICENCE, fetch, take
 
     folder = fetch() if arguments.path is None else take(Path(arguments.path))
     note(LICENCE)

@@ -24,12 +24,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(number, lambda *_: ended.set())
     wait_without_spinning()
     # Imported late, so that --help and a wrong flag answer at once.
+    from ..page.door import is_loopback
     from ..page.server import ServerOptions, start
 
     options = ServerOptions(
         checkpoints=tuple(arguments.ckpt or ("strong.pt",)),
         host=arguments.host,
         port=arguments.port,
+        token=arguments.token,
+        no_token=arguments.no_token,
+        allow_origins=tuple(arguments.allow_origin),
+        allow_frames=tuple(arguments.allow_frame),
         robot=arguments.robot,
         data=arguments.data,
         device=arguments.device,
@@ -39,13 +44,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         app = start(options)
     except InputError as error:
         return _refuse(error)
-    if options.host not in ("127.0.0.1", "localhost", "::1"):
+    if options.no_token and not is_loopback(options.host):
         print(
             f"rnnpb-explorer: serving on {options.host}: everybody who reaches this machine can "
             "use the page; there is no password",
             file=sys.stderr,
         )
-    print(f"rnnpb-explorer is ready at {app.url}", flush=True)
+    print(f"rnnpb-explorer is ready at {app.link}", flush=True)
     ended.wait()
     app.stop()
     return 0
@@ -73,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--port", type=whole(0, 65535), default=8080, help="0: any free one (default: 8080)"
     )
+    _add_door(parser)
     parser.add_argument(
         "--robot", default="pepper", metavar="ROBOT", help="pepper, PATH.urdf or NAME_description"
     )
@@ -80,6 +86,30 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
     add_seed(parser)
     return parser
+
+
+def _add_door(parser: argparse.ArgumentParser) -> None:
+    """Who may use the page; `door` says what these take."""
+    parser.add_argument(
+        "--token", metavar="TOKEN", help="no page without it; needed with a --host for others"
+    )
+    parser.add_argument(
+        "--no-token", action="store_true", help="let everybody in who reaches --host"
+    )
+    parser.add_argument(
+        "--allow-origin",
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="where a proxy shows the page: https://name[:port]",
+    )
+    parser.add_argument(
+        "--allow-frame",
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="a site that may embed the page: https://name[:port]",
+    )
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import read_motion
+from ...robot.importing import read_motion
 from .command import (
     Command,
     add_checkpoint,

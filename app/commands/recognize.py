@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...core.motion import Motion, read_motion
+from ...core.motion import Motion
+from ...robot.importing import read_motion
 from .command import (
     Command,
     add_checkpoint,

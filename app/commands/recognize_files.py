@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ...core.csv_table import Unit, read_csv_bytes
 from ...core.errors import InputError
-from ...core.motion import MAX_CSV_BYTES, Motion, read_motion
+from ...core.motion import MAX_CSV_BYTES, Motion
+from ...robot.importing import read_motion
 from . import recognize
 
 

@@ -124,7 +124,7 @@ class _SoFar:
 
 def run(arguments: argparse.Namespace) -> None:
     _check_flags(arguments)
-    from ...core.data import load_dataset
+    from ...robot.data import load_dataset
 
     cells = grid(arguments.conditions, arguments.pb_dims, arguments.seeds)
     sweep = Sweep(

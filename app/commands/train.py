@@ -63,9 +63,9 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
     check_writable(out)
     from ...core.checkpoint import check_savable, save_checkpoint
-    from ...core.data import load_dataset
     from ...core.device import choose_device
     from ...core.training import Trainer
+    from ...robot.data import load_dataset
 
     dataset = load_dataset(arguments.data)
     config, training = _recipe(arguments) if arguments.resume is None else _resumed(arguments)

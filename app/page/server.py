@@ -6,11 +6,12 @@ import contextlib
 import errno
 import io
 import logging
+import secrets
 import socket
 import threading
 import warnings
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -18,20 +19,26 @@ import viser
 from msgspec.structs import replace
 
 from ...core.checkpoint import load_checkpoint
-from ...core.data import Dataset, load_dataset
+from ...core.data import Dataset
 from ...core.device import choose_device
 from ...core.errors import InputError
 from ...core.latent_map import LatentMap
 from ...core.model import RNNPB, UNKNOWN_LENGTH
+from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
 from ..engine.engine import Engine
+from ..state import intents as do
 from ..state.document import Document, EyeTrack
 from ..state.facts import Facts, ModelFacts
 from ..state.opening import opening_document
 from ..state.statecode import decode
 from ..state.wanted import motion_steps
+from .door import make_door, url_host
+from .gate import FileTransferStartUpload
+from .guard import Guard, page_scripts
 from .session import Kept, Session
+from .uploads import TOO_LARGE
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
@@ -50,6 +57,10 @@ class ServerOptions:
     checkpoints: tuple[str, ...] = ("strong.pt",)
     host: str = "127.0.0.1"
     port: int = 8080  # 0: any free one
+    token: str | None = None  # without it no page and no session
+    no_token: bool = False  # said to be meant: everybody who reaches the host may come in
+    allow_origins: tuple[str, ...] = ()  # where a proxy shows the page
+    allow_frames: tuple[str, ...] = ()  # sites that may embed it
     robot: str = "pepper"
     data: str | None = None
     device: str = "auto"
@@ -63,6 +74,14 @@ class App:
     """The running server."""
 
     def __init__(self, options: ServerOptions) -> None:
+        door = make_door(
+            options.host,
+            token=options.token,
+            no_token=options.no_token,
+            allow_origins=options.allow_origins,
+            allow_frames=options.allow_frames,
+            scripts=page_scripts(),
+        )
         models = load_models(options)
         self.robot = load_robot(options.robot)
         self.facts = describe_models(models, options)
@@ -73,10 +92,13 @@ class App:
         self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
-        self._server = serve(options)
+        guard = Guard(door)
+        guard.too_large = self._refuse_upload
+        self._server = serve(options, guard)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
-        self.url = f"http://{_url_host(options.host)}:{self._server.get_port()}"
+        self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
+        self.link = door.link(self.url)  # to give to people: with the token in it
 
     def stop(self) -> None:
         """End every session and the server."""
@@ -123,6 +145,12 @@ class App:
                 self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
         session.close()
 
+    # viser's event loop: only hand on.
+    def _refuse_upload(self, client_id: int, upload: FileTransferStartUpload) -> None:
+        session = self.sessions.get(client_id)
+        if session is not None:
+            session.send(do.Say(TOO_LARGE))
+
     def _take(self, browser: str) -> Kept | None:
         """What the newest page that this browser closed had on its screen.
 
@@ -153,10 +181,18 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
 
 
 def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> Facts:
-    dataset = None if options.data is None else load_dataset(options.data)
     eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
-    return tuple(_describe(m, name, dataset, eyes) for m, name in zip(models, names, strict=True))
+    read = cache(load_dataset)  # models of the same joints share their motions
+    return tuple(
+        _describe(
+            model,
+            name,
+            None if options.data is None else read(options.data, model.info.joints),
+            eyes,
+        )
+        for model, name in zip(models, names, strict=True)
+    )
 
 
 def eye_tracks(data: str) -> dict[str, EyeTrack]:
@@ -183,20 +219,10 @@ def model_names(checkpoints: tuple[str, ...]) -> list[str]:
 def _describe(
     model: RNNPB, name: str, dataset: Dataset | None, eyes: dict[str, EyeTrack]
 ) -> ModelFacts:
-    info, count = model.info, model.config.num_motions
+    count = model.config.num_motions
+    info = model.info if dataset is None else dataset.complete(model)
     mu = model.mu.detach().cpu().numpy().astype(np.float64)
-    data = {} if dataset is None else {motion.name: motion for motion in dataset.motions}
-    names, lengths, labels = info.motions, info.lengths, info.labels
-    if not names and dataset is not None:
-        if len(dataset.motions) != count or dataset.joints != info.joints:
-            raise InputError(
-                f"the data has {len(dataset.motions)} motions, {name} has learnt {count}"
-            )
-        names = tuple(motion.name for motion in dataset.motions)
-        lengths = tuple(len(motion) for motion in dataset.motions)
-        labels = dataset.labels
-    names = names or tuple(f"motion {i}" for i in range(count))
-    matching = [data.get(motion) for motion in names]
+    names = info.motions or tuple(f"motion {i}" for i in range(count))
     return ModelFacts(
         name=name,
         mu=mu,
@@ -206,10 +232,10 @@ def _describe(
         joints=info.joints,
         fps=info.fps,
         motions=names,
-        lengths=lengths or (UNKNOWN_LENGTH,) * count,
-        labels=labels,
+        lengths=info.lengths or (UNKNOWN_LENGTH,) * count,
+        labels=info.labels,
         latent_map=LatentMap.fit(mu),
-        data=tuple(m if m is not None and m.joints == info.joints else None for m in matching),
+        data=(None,) * count if dataset is None else dataset.learned_by(model),
         eyes=tuple(map(eyes.get, names)) if eyes else (),
     )
 
@@ -254,8 +280,8 @@ def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     return lines
 
 
-def serve(options: ServerOptions) -> viser.ViserServer:
-    """The bare viser server on the wanted port.
+def serve(options: ServerOptions, guard: Guard) -> viser.ViserServer:
+    """The bare viser server on the wanted port, behind its door.
 
     Raises:
         InputError: the port is taken.
@@ -264,7 +290,7 @@ def serve(options: ServerOptions) -> viser.ViserServer:
     # A browser that goes while its session writes is no news.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
-        server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
+        server = guard.start(host=options.host, port=options.port, verbose=False)
     # Filtering an environment map blocks a browser without a GPU for many seconds.
     server.scene.configure_environment_map(None)
     server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
@@ -287,8 +313,12 @@ def _claim(host: str, port: int) -> None:
 
 
 def browser_token(client: viser.ClientHandle) -> str:
-    """A name that this browser keeps over reloads; a fresh one where it keeps nothing."""
-    fresh = f"{np.random.default_rng().integers(1 << 62):x}"
+    """A name that this browser keeps over reloads; a fresh one where it keeps nothing.
+
+    Whoever says it gets the screen that was kept under it. So nobody can guess it, and it opens
+    nothing: only who has passed the door can say it.
+    """
+    fresh = secrets.token_urlsafe(24)
     try:
         known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
         if known:
@@ -297,7 +327,3 @@ def browser_token(client: viser.ClientHandle) -> str:
     except (RuntimeError, TimeoutError) as error:
         log.info("no local storage in browser %s: %s", client.client_id, error)
     return fresh
-
-
-def _url_host(host: str) -> str:
-    return "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host

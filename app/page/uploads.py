@@ -16,6 +16,8 @@ from ..state.document import EyeTrack, target_of_motion
 from ..state.facts import ModelFacts
 from ..state.statecode import PREFIX
 
+MAX_UPLOAD_BYTES = MAX_CSV_BYTES
+TOO_LARGE = f"the file is larger than {MAX_UPLOAD_BYTES // 1_000_000} MB"
 MAX_NAME = 76  # characters
 CODE_SUFFIX = ".rnnpb"  # of a state code that is too long for a line
 log = logging.getLogger(__name__)
@@ -65,8 +67,8 @@ def read_upload(name: str, content: bytes, facts: ModelFacts) -> tuple[do.Intent
     """
     if content.startswith(PREFIX.encode()):
         return (do.RestoreCode(content.decode("ascii", "replace")),)
-    if len(content) > MAX_CSV_BYTES:
-        return (do.Say(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB"),)
+    if len(content) > MAX_UPLOAD_BYTES:
+        return (do.Say(TOO_LARGE),)
     shown = "".join(c for c in name if c.isprintable())
     suffix = PurePosixPath(shown).suffix.lower()
     suffix = suffix if suffix in SUFFIXES else ".csv"

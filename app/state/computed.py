@@ -31,6 +31,12 @@ class Entry:
             return self.result.iterations >= work.iterations
         return self.done
 
+    @property
+    def stage(self) -> int:
+        """How far it came: of two answers to one work, the one that came further is shown."""
+        trace = self.result
+        return trace.iterations if isinstance(trace, RecognitionTrace) else int(self.done)
+
 
 @dataclass(frozen=True, eq=False)
 class Computed:
@@ -55,11 +61,11 @@ class Computed:
     def put(self, wanted: Mapping[Slot, Work], slot: Slot, entry: Entry) -> Computed:
         """With a new result; an outdated one is kept only until there is none that is current."""
         known, work = self.entries.get(slot), wanted.get(slot)
-        if known is not None and work is not None:
-            if known.answers(work) and not entry.answers(work):
-                return self
-        elif work is None:
+        if work is None:
             return self
+        if known is not None and known.answers(work):
+            if not entry.answers(work) or entry.stage < known.stage:
+                return self
         return replace(self, entries={**self.entries, slot: entry})
 
     def fail(self, slot: Slot, work: Work, message: str) -> Computed:

@@ -12,9 +12,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta, Struct
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ...core.motion import MAX_FRAMES, MIN_FRAMES, Motion
+from ...core.motion import Motion, check_length
 from ...core.recognition_run import Init
 from ...core.windows import Window
 from ...robot.formats import Format
@@ -33,7 +33,7 @@ MAX_COUNT = 2**32 - 1
 Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
 Width = Annotated[float, Meta(ge=0, le=MAX_PB)]
 Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
-Name = Annotated[str, Meta(max_length=200)]
+Name = Annotated[str, Meta(max_length=255)]  # as long as a file's name can be
 Axes = Annotated[tuple[Annotated[int, Meta(ge=0, le=127)], ...], Meta(min_length=1, max_length=2)]
 
 
@@ -45,15 +45,15 @@ class Latent(Struct, frozen=True, forbid_unknown_fields=True):
     sigma: tuple[Width, ...]
     epsilon: tuple[Coordinate, ...]  # kept, so that sigma moves the motion smoothly
 
-    def __post_init__(self) -> None:
-        for values in (self.mu, self.sigma, self.epsilon):
-            # msgspec checks bounds of what it decodes, and lets NaN pass.
-            if not all(abs(value) <= MAX_PB for value in values):
-                raise ValueError(f"a number beyond ±{MAX_PB:g}, or none")
-
     @property
     def pb(self) -> tuple[float, ...]:
         return tuple(m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True))
+
+
+def vector(values: ArrayLike) -> tuple[float, ...]:
+    """(D,) within the bounds, as a document keeps it."""
+    clipped: list[float] = np.clip(np.asarray(values, np.float64), -MAX_PB, MAX_PB).tolist()
+    return tuple(clipped)
 
 
 class ModelChoice(Struct, frozen=True, forbid_unknown_fields=True):
@@ -86,8 +86,7 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         frame = 4 * len(self.joints)
         if not frame or not self.positions or len(self.positions) % frame:
             raise ValueError("a motion of broken frames")
-        if not MIN_FRAMES <= len(self) <= MAX_FRAMES:
-            raise ValueError(f"a motion has from {MIN_FRAMES} to {MAX_FRAMES} frames")
+        check_length(len(self), "the motion")
         if not np.isfinite(np.frombuffer(self.positions, "<f4")).all():
             raise ValueError("a motion with NaN or infinity")
         if self.eyes and len(self.eyes) != len(self) * 48:
@@ -113,7 +112,7 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
 def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
     """The motion as a document keeps it."""
     return Target(
-        motion.name[:200],
+        motion.name[:255],
         motion.joints,
         motion.fps,
         np.ascontiguousarray(motion.positions, "<f4").tobytes(),

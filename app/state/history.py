@@ -70,4 +70,8 @@ def gesture_of(intent: do.Intent) -> str:
 
 
 def _with_view_of(document: Document, seen: Document) -> Document:
-    return structs.replace(document, **{name: getattr(seen, name) for name in LEFT_ALONE})
+    """The document as it is being looked at; another model has other pages of sliders."""
+    view = {name: getattr(seen, name) for name in LEFT_ALONE}
+    if document.active != seen.active:
+        del view["first_slider"]
+    return structs.replace(document, **view)

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from . import intents as do
-from .document import MAX_PB, Document, Latent
+from .document import MAX_COUNT, Document, Latent, vector
 from .facts import Facts, ModelFacts
 from .opening import learned_latent
 from .planes import (
@@ -70,11 +70,7 @@ def _move(
     changes = {"mu": mu, "sigma": sigma, "epsilon": epsilon}
     latent = replace(
         document.current.latent,
-        **{
-            name: tuple(np.clip(values, -MAX_PB, MAX_PB).tolist())
-            for name, values in changes.items()
-            if values is not None
-        },
+        **{name: vector(values) for name, values in changes.items() if values is not None},
     )
     document = put_latent(document, document.active, latent)
     return end_run(document, by_hand=True)
@@ -100,14 +96,14 @@ def end_run(document: Document, *, by_hand: bool = False) -> Document:
 
 def _select_model(facts: Facts, document: Document, index: int) -> Document:
     """Have the boards speak of a model, along axes that it has."""
-    if not 0 <= index < len(facts):
+    if index == document.active or not 0 <= index < len(facts):
         return document
     dim = facts[index].pb_dim
     axes = document.landscape_axes
     return replace(
         end_run(document),
         active=index,
-        first_slider=0 if index != document.active else document.first_slider,
+        first_slider=0,
         map_axes=fitting_axes(document.map_axes, dim),
         landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),
     )
@@ -152,7 +148,11 @@ def hold_pucks(facts: Facts, document: Document) -> Document:
 def _draw(document: Document) -> tuple[Document, np.random.Generator]:
     """A generator made from the seed and the number of draws, so that a session replays."""
     random = np.random.default_rng([document.seed, document.draws])
-    return replace(document, draws=document.draws + 1), random
+    return count_draw(document), random
+
+
+def count_draw(document: Document) -> Document:
+    return replace(document, draws=(document.draws + 1) % (MAX_COUNT + 1))
 
 
 def _with(values: tuple[float, ...], dim: int, value: float) -> tuple[float, ...]:

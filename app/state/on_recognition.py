@@ -22,9 +22,10 @@ from .document import (
     Document,
     Latent,
     Run,
+    vector,
 )
 from .facts import Facts
-from .on_latent import end_run, hold_pucks, put_latent
+from .on_latent import count_draw, end_run, hold_pucks, put_latent
 from .results import RecognitionTrace
 
 SMALLEST_SIGMA = 1e-6  # below it, the noise that made a PB cannot be told from rounding
@@ -71,7 +72,7 @@ def _start(facts: Facts, document: Document) -> Document:
         raise InputError(f"{target.name} has other joints than this model")
     seed = (document.seed + document.draws) % (MAX_COUNT + 1)
     run = Run(document.active, document.recognition, seed)
-    return replace(document, run=run, use_target=True, draws=document.draws + 1)
+    return replace(count_draw(document), run=run, use_target=True)
 
 
 def _scrub(document: Document, iteration: int, trial: int) -> Document:
@@ -88,15 +89,15 @@ def _scrub(document: Document, iteration: int, trial: int) -> Document:
 def follow(facts: Facts, document: Document, trace: RecognitionTrace) -> Document:
     """The document once its run has come so far: `trace`, the iterations that are there."""
     run = document.run
-    if run is None or trace.iterations == 0:
-        return document
+    if run is None or trace.iterations < max(run.done, 1):
+        return document  # a run that comes back is computed once more; until then all stays
     if not run.settled:
         ended = trace.iterations >= run.settings.iterations
         run = replace(run, done=trace.iterations, settled=ended)
         if ended:
             run = replace(run, trial=trace.best[1])
         document = replace(document, run=run)
-    if not run.follows or trace.iterations < run.done:
+    if not run.follows:
         return document
     old = document.models[run.model].latent
     latent = _best(old, trace.first(run.done)) if at_best(run) else _iterate(old, trace, run)
@@ -119,9 +120,8 @@ def shown_iteration(run: Run, trace: RecognitionTrace) -> int:
 def _best(latent: Latent, trace: RecognitionTrace) -> Latent:
     """The best PB sampled in all trials, as the early update jumps to it."""
     iteration, trial = trace.best
-    mu = tuple(trace.pb[iteration, trial].tolist())
-    sigma = tuple(trace.sigma[iteration + 1, trial].tolist())
-    return replace(latent, mu=mu, sigma=sigma, epsilon=(0.0,) * len(mu))
+    mu, sigma = trace.pb[iteration, trial], trace.sigma[iteration + 1, trial]
+    return replace(latent, mu=vector(mu), sigma=vector(sigma), epsilon=(0.0,) * len(mu))
 
 
 def _iterate(latent: Latent, trace: RecognitionTrace, run: Run) -> Latent:
@@ -130,9 +130,4 @@ def _iterate(latent: Latent, trace: RecognitionTrace, run: Run) -> Latent:
     mu, sigma = trace.mu[at], trace.sigma[at]
     noise = trace.pb[at] - mu
     epsilon = np.divide(noise, sigma, out=np.zeros_like(mu), where=sigma > SMALLEST_SIGMA)
-    return replace(
-        latent,
-        mu=tuple(mu.tolist()),
-        sigma=tuple(sigma.tolist()),
-        epsilon=tuple(epsilon.tolist()),
-    )
+    return replace(latent, mu=vector(mu), sigma=vector(sigma), epsilon=vector(epsilon))

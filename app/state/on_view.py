@@ -28,6 +28,8 @@ def update_playback(facts: Facts, document: Document, intent: do.PlaybackIntent)
         case do.Seek(frame):
             phase = float(np.clip(frame / last, 0.0, 1.0))
             playback = replace(playback, playing=False, phase=phase)
+        case do.SetSpeed(speed) if not np.isfinite(speed):
+            return document
         case do.SetSpeed(speed):
             playback = replace(playback, speed=float(np.clip(speed, MIN_SPEED, MAX_SPEED)))
         case do.SetLoop(loop):
@@ -46,7 +48,8 @@ def update_playback(facts: Facts, document: Document, intent: do.PlaybackIntent)
 
 
 def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Document:
-    dim = facts[document.active].pb_dim
+    one = facts[document.active]
+    dim = one.pb_dim
     match intent:
         case do.SetMapAxes(axes):
             return replace(document, map_axes=axes) if drawable_axes(axes, dim) else document
@@ -58,7 +61,8 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
         case do.SetColouring(colouring):
             return replace(document, colouring=colouring)
         case do.SetJoint(joint):
-            return replace(document, joint=joint)
+            known = joint in ("", *one.joints)
+            return replace(document, joint=joint) if known else document
         case do.ShowSliders(first):
             return replace(document, first_slider=first) if 0 <= first < dim else document
         case do.SetUseTarget(use_target):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...core.errors import InputError
-from .document import Document, Latent, ModelChoice
+from .document import Document, Latent, ModelChoice, vector
 from .facts import Facts, ModelFacts
 from .planes import drawable_axes
 
@@ -12,8 +12,8 @@ def learned_latent(facts: ModelFacts, motion: int) -> Latent:
     """The learned PB of a motion without noise: its reconstruction."""
     return Latent(
         motion=motion,
-        mu=tuple(facts.mu[motion].tolist()),
-        sigma=tuple(facts.sigma[motion].tolist()),
+        mu=vector(facts.mu[motion]),
+        sigma=vector(facts.sigma[motion]),
         epsilon=(0.0,) * facts.pb_dim,
     )
 
@@ -47,8 +47,9 @@ def check_fits(facts: Facts, document: Document) -> None:
         raise InputError("the state code names a model that it does not hold")
     dim = facts[document.active].pb_dim
     axes = document.landscape_axes
-    if not all(drawable_axes(a, dim) for a in (document.map_axes, axes) if a != "pca"):
-        raise InputError("the state code names axes that the model does not have")
+    drawable = all(drawable_axes(one, dim) for one in (document.map_axes, axes) if one != "pca")
+    if not drawable or document.first_slider >= dim:
+        raise InputError("the state code names dimensions that the model does not have")
     run = document.run
     if run is not None and (
         run.model >= len(facts)

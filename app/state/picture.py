@@ -106,10 +106,10 @@ class Picture:
     # --- recognition ---
     @cached_property
     def trace(self) -> RecognitionTrace | None:
-        """The iterations of the document's run, as far as it went."""
+        """The iterations of the document's run, as far as it went; None where there is none."""
         work = recognise_work(self.document)
         entry = self.computed.entries.get(("recognition", 0))
-        if work is None or entry is None or not entry.answers(work):
+        if work is None or work.iterations == 0 or entry is None or not entry.answers(work):
             return None
         assert isinstance(entry.result, RecognitionTrace)
         return entry.result.first(work.iterations)

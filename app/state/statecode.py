@@ -7,7 +7,6 @@ and bounds are those of the document, and what does not fit the loaded models is
 from __future__ import annotations
 
 import base64
-import binascii
 import zlib
 
 import msgspec
@@ -49,12 +48,10 @@ def decode(facts: Facts, code: str) -> Document:
         raw = base64.b64decode(packed + "=" * (-len(packed) % 4), b"-_", validate=True)
         unpacker = zlib.decompressobj()
         content = unpacker.decompress(raw, MAX_BYTES)
-        if not unpacker.eof:
-            raise InputError("the state code is damaged")
+        if not unpacker.eof or unpacker.unused_data:
+            raise ValueError("cut off, or larger than a document can be")
         document = _DECODER.decode(content)
-    except (binascii.Error, zlib.error, msgspec.MsgspecError, ValueError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
+    except (zlib.error, msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise InputError("the state code is damaged") from error
     check_fits(facts, document)
     return document

@@ -13,10 +13,10 @@ import torch
 from packed_lstm import QUICK, PackedTrainer
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, read_plain, save_checkpoint
-from rnnpb_explorer.core.data import load_dataset
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.files import check_writable
 from rnnpb_explorer.core.recipes import RECIPES, record
+from rnnpb_explorer.robot.data import load_dataset
 
 
 def main() -> None:

@@ -33,10 +33,10 @@ from rnnpb_explorer.app.state.document import (
 )
 from rnnpb_explorer.app.state.transitions import Facts, eyes_of
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.core.data import EYE_COLUMNS
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.export import export_motion
+from rnnpb_explorer.robot.pepper import EYE_COLUMNS
 from rnnpb_explorer.robot.safety_report import SafetyReport, Violation
 
 from .app_states import FACTS, JOINTS, after, make_facts, motions, open_screen, target_motion

@@ -15,11 +15,12 @@ from pathlib import Path
 import pytest
 import torch
 
-from rnnpb_explorer.core import RNNPB, landscape, load_checkpoint, load_dataset
+from rnnpb_explorer.core import RNNPB, landscape, load_checkpoint
 from rnnpb_explorer.core.checkpoint import read_plain
 from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mean
 from rnnpb_explorer.core.recipes import RECIPES
 from rnnpb_explorer.core.training import Trainer, TrainingConfig, TrainingProgress
+from rnnpb_explorer.robot import load_dataset
 
 from .cli_harness import Outcome, Rnnpb
 

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core import RNNPB, Dataset, InputError, Motion, load_dataset
-from rnnpb_explorer.core.data import PEPPER_JOINTS, behavior_class, mirror
+from rnnpb_explorer.core import RNNPB, Dataset, InputError, Motion
+from rnnpb_explorer.core.data import behavior_class
 from rnnpb_explorer.core.motion import MotionLabel
+from rnnpb_explorer.robot import load_dataset
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, mirror
 
 ARMS = ("ElbowRoll", "ElbowYaw", "ShoulderRoll", "WristYaw")
 ROW = ",".join("0.5" for _ in PEPPER_JOINTS)

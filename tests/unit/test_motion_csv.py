@@ -102,7 +102,7 @@ def test_refuses_other_encodings() -> None:
 def test_degrees_only_when_asked_for_and_never_for_openings() -> None:
     text = "HeadPitch,HeadYaw,LHand\n90,-45,0.5\n0,10,1\n"
     assert "is the file in degrees?" in message(text)
-    motion = parse(text, unit="degrees")
+    motion = parse(text, unit="degrees", openings={"LHand"})
     expected = [[np.pi / 2, -np.pi / 4, 0.5], [0.0, np.pi / 18, 1.0]]
     np.testing.assert_allclose(motion.positions, expected, rtol=1e-6)
     assert "721 is no plausible angle in degrees" in message(text + "721,0,0\n", unit="degrees")

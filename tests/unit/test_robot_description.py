@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.robot.description import PEPPER_URDF, Robot, load_robot, match_joints
+from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.kinematics import link_poses
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_URDF
 
 VISUAL = '<visual><origin xyz="0 0 {z}"/><geometry>{geometry}</geometry>{material}</visual>'
 BODY = """<robot name="thing">

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion, parse_motion
@@ -22,13 +21,13 @@ from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.export import (
     APPROACH_SPEED,
     LEAD_IN,
-    PEPPER_STAND,
     export_motion,
     posture,
     with_safe_posture,
 )
 from rnnpb_explorer.robot.formats import FORMATS, Format
 from rnnpb_explorer.robot.importing import parse_json, parse_naoqi
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_STAND
 from rnnpb_explorer.robot.safety import check_motion
 
 

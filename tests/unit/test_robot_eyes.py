@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rnnpb_explorer.core.data import EYE_COLUMNS, Dataset
+from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.robot.eyes import load_eyes, load_rebl_pepper_eyes, parse_eye_colors
+from rnnpb_explorer.robot.pepper import EYE_COLUMNS
 
 
 def _csv(columns: tuple[str, ...], rows: list[list[float]]) -> bytes:

@@ -10,15 +10,9 @@ import yourdfpy
 from arm import write_arm
 from numpy.typing import NDArray
 
-from rnnpb_explorer.core.data import PEPPER_JOINTS
-from rnnpb_explorer.robot.description import PEPPER_URDF, Robot, load_robot
-from rnnpb_explorer.robot.kinematics import (
-    joint_poses,
-    link_poses,
-    quaternions,
-    rotation_matrices,
-    size,
-)
+from rnnpb_explorer.robot.description import Robot, load_robot
+from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, size
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_URDF
 
 # Links of our Pepper and the published description's names for them.
 COUNTERPARTS = {
@@ -137,16 +131,6 @@ def test_an_open_hand_reaches_farther_than_a_closed_one(pepper: Robot) -> None:
     for i in range(len(tips)):
         reach = np.linalg.norm(hand[:, i, :3, 3] - wrist[0, i // 4, :3, 3], axis=-1)
         assert reach[1] > reach[0] + 0.01
-
-
-@pytest.mark.parametrize("axis", range(3))
-def test_quaternions_of_half_turns(axis: int) -> None:
-    matrix = -np.eye(3)
-    matrix[axis, axis] = 1
-    expected = np.zeros(4)
-    expected[axis + 1] = 1
-    np.testing.assert_allclose(np.abs(quaternions(matrix[None])[0]), expected, atol=1e-12)
-    np.testing.assert_allclose(rotation_matrices(quaternions(matrix[None]))[0], matrix, atol=1e-12)
 
 
 def test_size_at_rest(tmp_path: Path) -> None:

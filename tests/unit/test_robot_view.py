@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import trimesh
 import viser
+from scipy.spatial.transform import Rotation
 
 from rnnpb_explorer.app.page.studio import FLOOR_OPAQUE, FLOOR_RADIUS, floor_glb, setup_stage
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.robot.description import Robot, load_robot
-from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, rotation_matrices
+from rnnpb_explorer.robot.kinematics import joint_poses, link_poses
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 from rnnpb_explorer.robot.view import TOLERANCE, RobotView
 
 
@@ -76,7 +77,8 @@ def test_what_stands_in_the_scene_is_the_pose(scene: viser.SceneApi, pepper: Rob
     handles = _handles(view)
     for joint in chain:
         step = np.eye(4)
-        step[:3, :3] = rotation_matrices(np.asarray(handles[joint].wxyz))
+        turn = Rotation.from_quat(handles[joint].wxyz, scalar_first=True)
+        step[:3, :3] = turn.as_matrix()
         step[:3, 3] = handles[joint].position
         pose = pose @ step
     name = handles["LFinger22"].name

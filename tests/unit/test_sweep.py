@@ -17,10 +17,11 @@ import pytest
 import torch
 
 from rnnpb_explorer.app.commands.tables import sweep_table
-from rnnpb_explorer.core import load_checkpoint, load_dataset
+from rnnpb_explorer.core import load_checkpoint
 from rnnpb_explorer.core.paper.sweep import Cell, Result, Sweep, attempt, grid
 from rnnpb_explorer.core.paper.sweep_table import table
 from rnnpb_explorer.core.training import Trainer, TrainingProgress
+from rnnpb_explorer.robot import load_dataset
 
 from .cli_harness import Outcome, Rnnpb
 

@@ -7,9 +7,10 @@ tested in a real browser, in tests/browser.
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec.msgpack
@@ -30,6 +31,7 @@ class WireBrowser:
     Args:
         storage: the local storage, kept over reloads by who passes it again.
         silent: never answer for the local storage.
+        headers: of the request, as a browser would send them.
     """
 
     def __init__(
@@ -39,6 +41,7 @@ class WireBrowser:
         *,
         size: tuple[int, int] = (1280, 720),
         silent: bool = False,
+        headers: Mapping[str, str] | None = None,
     ) -> None:
         self.storage = {} if storage is None else storage
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
@@ -55,6 +58,7 @@ class WireBrowser:
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
             compression=None,
             max_size=None,
+            additional_headers=headers,
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -112,6 +116,17 @@ class WireBrowser:
                 node = self.nodes.setdefault(message["name"], {})
                 node.update(message["props"], owner=message.get("owner", ""))
             self._changed.notify_all()
+
+    def say(self, raw: bytes | str | Mapping[str, object]) -> None:
+        """Send whatever no page sends; a mapping is packed as a message is."""
+        with contextlib.suppress(ConnectionClosed):  # the server may have had enough
+            self._socket.send(msgspec.msgpack.encode(raw) if isinstance(raw, Mapping) else raw)
+
+    def end(self) -> tuple[int | None, str | None]:
+        """Code and reason, once the server has closed the connection."""
+        self._reader.join(TIMEOUT)
+        assert not self._reader.is_alive()
+        return self._socket.close_code, self._socket.close_reason
 
     def _send(self, message: viser.infra.Message) -> None:
         self._socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))

@@ -76,8 +76,6 @@ class ExplorePanel:
         self._active = picture.active
         facts, latent = picture.model, picture.choice.latent
         first = picture.document.first_slider // PAGE * PAGE
-        if first >= facts.pb_dim:  # undo leaves it alone, and may bring a smaller model back
-            first = 0
         if self._built is None or self._built[0] != picture.active:
             self._motion.offer(facts.motions)
         if self._built != (picture.active, first):

@@ -32,35 +32,32 @@ from rnnpb_explorer.app.page.panels.readout import ReadoutPanel, readout
 from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
 from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
 from rnnpb_explorer.app.page.stage import stage_for
-from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, read_upload
 from rnnpb_explorer.app.page.words import target_label, window_label
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.facts import Facts, ModelFacts
 from rnnpb_explorer.app.state.picture import Picture
-from rnnpb_explorer.app.state.statecode import PREFIX, encode
-from rnnpb_explorer.core.data import PEPPER_JOINTS
+from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.importing import SUFFIXES
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
-from .pictures import (
+from ..app_states import (
     FACTS,
     JOINTS,
+    LANDSCAPE,
     MU,
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
-    Clock,
-    after,
-    answered,
-    broke_off,
-    came_to,
-    given,
+    Page,
     hand_on,
+    landscape_result,
     make_facts,
+    make_target,
     make_trace,
-    open_screen,
-    opening,
     target_motion,
 )
+from .pictures import Clock, after, answered, broke_off, came_to, open_screen, opening
 
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
@@ -392,7 +389,7 @@ def test_a_joint_that_never_moves_has_a_plot_with_height() -> None:
 
 
 def test_what_is_observed_is_shaded_only_while_the_target_is_looked_at() -> None:
-    picture = after(open_screen(), do.SetTarget(given(10)))
+    picture = after(open_screen(), do.SetTarget(make_target(10)))
     assert observed_frames(open_screen(), 12) == 0
     assert observed_frames(picture, 10) == 8
     assert observed_frames(after(picture, do.SetUseTarget(False)), 10) == 0
@@ -417,9 +414,28 @@ def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
     assert sent == [do.SetJoint("x"), do.SetJoint("")]
 
 
+def test_curves_are_drawn_anew_only_for_what_they_show(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    panel = JointsPanel(gui, JOINTS, lambda _: None, Clock())
+    monkeypatch.setattr(panel, "_draw", lambda plot, joint, *_: drawn.append(joint))
+    picture = answered(after(open_screen(), do.SetTarget(make_target()), do.SetPlaying(False)))
+    for _ in range(3):
+        panel.show(answered(picture))
+    assert len(drawn) == 3  # once, one a plot
+    panel.show(after(picture, do.Seek(3)))
+    assert len(drawn) == 6
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3))))
+    assert len(drawn) == 9
+    other = replace(make_target(), positions=bytes(200))
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3), do.SetTarget(other))))
+    assert len(drawn) == 12
+
+
 # --- recognise ---
 def before_a_run() -> Picture:
-    return after(open_screen(), do.SetTarget(given()))
+    return after(open_screen(), do.SetTarget(make_target()))
 
 
 def started(iterations: int, trials: int) -> Picture:
@@ -570,6 +586,16 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
     assert sent.empty()
 
 
+def test_a_state_code_can_be_chosen_among_the_files(gui: viser.GuiApi) -> None:
+    """One that is too long for a line is saved as one."""
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, FACTS, sent.put)
+    assert CODE_SUFFIX in panel._upload._impl.props.mime_type.split(",")  # type: ignore[attr-defined]
+    code = encode(after(open_screen(), do.SetTarget(make_target())).document)
+    hand(panel._upload, viser.UploadedFile(f"screen{CODE_SUFFIX}", code.encode()))
+    assert sent.get(timeout=TIMEOUT) == do.RestoreCode(code)
+
+
 def test_the_status_says_how_far_the_run_is() -> None:
     assert status_line(before_a_run()) == ""
     assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run())
@@ -688,6 +714,15 @@ def test_the_readout_says_complete_only_of_what_is_asked_for() -> None:
     moved = after(picture, do.SetMu(2, 0.9))  # the newer one has not come
     assert readout(moved).startswith("Landscape coarse")
     assert readout(opening()) == "Landscape …"
+
+
+def test_a_landscape_that_comes_late_is_not_called_complete() -> None:
+    page = Page().compute()
+    late = page.wanted[LANDSCAPE]
+    page.do(do.SetMu(2, 0.9)).deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape coarse")
+    page.compute().deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape 20×20 complete")
 
 
 def test_the_target_is_called_by_its_name() -> None:

@@ -96,7 +96,7 @@ def test_nobody_else_is_served_unless_asked(app: App) -> None:
 
 
 def test_serving_everybody_names_a_url_that_works_here(options: ServerOptions) -> None:
-    running = start(replace(options, host="0.0.0.0"))
+    running = start(replace(options, host="0.0.0.0", no_token=True))
     try:
         assert running.url.startswith("http://127.0.0.1:")
         with urllib.request.urlopen(running.url, timeout=20) as response:
@@ -135,7 +135,7 @@ def test_two_servers_take_two_free_ports(options: ServerOptions) -> None:
 @pytest.mark.parametrize("port", [0, 48080])
 def test_a_host_that_is_none_is_refused(options: ServerOptions, host: str, port: int) -> None:
     with pytest.raises(InputError, match="--host"):
-        start(replace(options, host=host, port=port))
+        start(replace(options, host=host, port=port, no_token=True))
 
 
 # --- models ---

@@ -21,9 +21,9 @@ from rnnpb_explorer.app.state.document import AppState
 from rnnpb_explorer.app.state.transitions import Facts, Update
 from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
-from rnnpb_explorer.core.data import PEPPER_JOINTS
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 from .wire_browser import TIMEOUT, WireBrowser
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pooch
 import requests
 
-from .errors import InputError
-from .files import replacing
+from ..core.errors import InputError
+from ..core.files import replacing
 
 REPOSITORY = "https://github.com/minamar/rebl-pepper-data"
 BASE_URL = (
