@@ -88,13 +88,13 @@ class App:
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
         self._opening = opening(self.facts, models[0], options)
-        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
         guard.too_large = self._refuse_upload
         self._server = serve(options, guard)
+        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
         self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"

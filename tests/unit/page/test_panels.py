@@ -738,6 +738,4 @@ def test_the_target_is_called_by_its_name() -> None:
 def test_the_window_is_called_by_its_width() -> None:
     assert window_label(open_screen()) == "±1"
     relative = after(open_screen(), do.SetWindow("sd"))
-    assert (
-        window_label(relative) == f"±0.7 sd (±{0.7 * MU.std(axis=0, ddof=1).mean():.2f})"
-    )
+    assert window_label(relative) == f"±0.7 sd (±{0.7 * MU.std(axis=0, ddof=1).mean():.2f})"
