@@ -128,9 +128,11 @@ class Session:
     # --- the program, from a hand to the screen ---
     def _loop(self, screen: Screen) -> None:
         last = changed = time.monotonic()
-        while not self._closed:
+        while True:
             rests = last - changed > SETTLE_SECONDS
             events = self._next_events(None if rests else last + FRAME_SECONDS - time.monotonic())
+            if self._closed:
+                return
             now = time.monotonic()
             before = self.document
             for event in events:
@@ -139,14 +141,14 @@ class Session:
                     self._follow_run()
                 except InputError as error:
                     screen.say(str(error))
+                if isinstance(event, Delivered | Failed):
+                    self._ask()  # what was answered and is wanted again later is asked for anew
             # Time at rest is not the motion's: one that is played then begins where it stands.
             self._apply(do.Tick(0.0 if rests else now - last), screen, now)
             if events or self.document != before:
                 changed = now
             last = now
-            works = self._wanted()
-            self._computed = self._computed.keep(works)
-            self._work.want(self._computed.missing(works))
+            self._ask()
             self._show(screen)
 
     def _apply(self, event: Event, screen: Screen, now: float) -> None:
@@ -175,6 +177,12 @@ class Session:
             case _:
                 after = update(self._facts, self.document, event)
                 self._history = self._history.step(after, gesture_of(event), now)
+
+    def _ask(self) -> None:
+        """Have the engine do what is missing, and nothing else."""
+        works = self._wanted()
+        self._computed = self._computed.keep(works)
+        self._work.want(self._computed.missing(works))
 
     def _wanted(self) -> dict[Slot, Work]:
         works = wanted(self._facts, self.document)
@@ -264,6 +272,8 @@ class Session:
             if not self._closed:
                 log.exception("the page of browser %s broke off", self._client.client_id)
                 self._break_off()
+        finally:
+            self._work.close()  # it may have been closed just before something more was wanted
 
     def _open(self) -> Screen:
         """Show what the page had on its screen; the opening screen where that cannot be."""
