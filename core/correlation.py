@@ -173,17 +173,16 @@ class LandscapeCells:
     def compute(self, cells: NDArray[np.intp], at_once: int | None = None) -> Iterator[None]:
         """Fill in some cells, all their motions in one batch.
 
-        Yields between parts of at most `at_once` frames; without it there is one part.
+        Yields after each part of at most `at_once` frames; does not where all is one part.
         """
         pbs = self._pbs[cells]
         if at_once is None or at_once >= self.frames:
             motions = self._model.generate(pbs, self.frames)
         else:
-            parts = []
+            parts: list[Tensor] = []
             for part in self._model.generate_in_parts(pbs, self.frames, at_once):
-                if parts:
-                    yield
                 parts.append(part)
+                yield
             motions = torch.cat(parts, dim=1)
         correlation = pearson(motions, self._target)
         self._correlation.flat[cells] = correlation.cpu().numpy()

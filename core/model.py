@@ -136,7 +136,7 @@ class RNNPB(nn.Module):
             count = min(at_once, steps - first) - (first == 0)
             if count:
                 # What nn.LSTM calls, without a module: several threads may generate at once.
-                rest, *next_state = torch.lstm(
+                rest, h_n, c_n = torch.lstm(
                     pb.expand(count, -1, -1).contiguous(),  # (t, B, D)
                     state,
                     folded,
@@ -147,7 +147,7 @@ class RNNPB(nn.Module):
                     bidirectional=False,
                     batch_first=False,
                 )
-                state = tuple(next_state)
+                state = (h_n, c_n)
                 outputs = rest if first else torch.cat([outputs, rest])  # (t, B, H)
             yield (outputs @ self.weight_out.T + self.bias_out).transpose(0, 1)  # (B, t, J)
 

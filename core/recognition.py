@@ -116,13 +116,13 @@ def _pieces(
     trials = range(config.first_trial, config.first_trial + config.trials)
     streams = [np.random.default_rng([config.seed, trial]) for trial in trials]
     candidates = _candidates(model, config, streams)  # (1 or K, n, D)
-    losses = []
+    distances: list[Tensor] = []
     if candidates.shape[1] > 1:
         pbs = candidates.flatten(0, 1)
         for chunk in pbs.split(at_once or batch_size(observed)):
-            losses.append(observed_losses(model, chunk, target[:observed]))
+            distances.append(observed_losses(model, chunk, target[:observed]))
             yield None
-    starts = _closest(candidates, losses).repeat(config.trials // len(candidates), 1)  # (K, D)
+    starts = _closest(candidates, distances).repeat(config.trials // len(candidates), 1)  # (K, D)
     draws = [stream.standard_normal((config.iterations, starts.shape[1])) for stream in streams]
     noise = torch.as_tensor(np.stack(draws, axis=1)).to(starts)  # (iterations, K, D)
     pb_dim = starts.shape[1]
@@ -204,11 +204,11 @@ def _candidates(
     return mu[None] if config.init == "learned" else torch.zeros_like(mu[None, :1])
 
 
-def _closest(candidates: Tensor, losses: list[Tensor]) -> Tensor:
-    """(K, D): of each row of candidates (K, n, D) the one with the lowest loss."""
-    if not losses:
+def _closest(candidates: Tensor, distances: list[Tensor]) -> Tensor:
+    """(K, D): of each row of candidates (K, n, D) the one at the smallest distance."""
+    if not distances:
         return candidates[:, 0]
-    best = torch.cat(losses).view(candidates.shape[:2]).argmin(dim=1)
+    best = torch.cat(distances).view(candidates.shape[:2]).argmin(dim=1)
     return candidates[torch.arange(len(candidates)), best]
 
 

@@ -63,9 +63,9 @@ class Computed:
         known, work = self.entries.get(slot), wanted.get(slot)
         if work is None:
             return self
-        if known is not None and known.answers(work):
-            if not entry.answers(work) or entry.stage < known.stage:
-                return self
+        late = not entry.answers(work) or (known is not None and entry.stage < known.stage)
+        if known is not None and known.answers(work) and late:
+            return self
         return replace(self, entries={**self.entries, slot: entry})
 
     def fail(self, slot: Slot, work: Work, message: str) -> Computed:
