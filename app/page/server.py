@@ -87,7 +87,6 @@ class App:
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
         self._opening = opening(self.facts, models[0], options)
-        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
@@ -95,6 +94,7 @@ class App:
         self._server = serve(options, guard)
         set_up_studio(self._server.scene)
         add_robot(self._server.scene, self.robot, ROOT)
+        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
         self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"

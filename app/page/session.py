@@ -38,6 +38,7 @@ from .bridge import Bridge
 from .hand import intent_of
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
+from .uploads import CODE_SUFFIX
 
 # After the last event all is written that was held back: widgets that a person holds, the tab's
 # document.
@@ -113,10 +114,8 @@ class Session:
 
     # --- the program, from a hand to the screen ---
     def _loop(self, screen: Screen) -> None:
-        while not self._closed:
-            works = self._wanted()
-            self._computed = self._computed.keep(works)
-            self._work.want(self._computed.missing(works))
+        while True:
+            self._ask()
             self._show(screen)
             for event in self._next_events():
                 try:
@@ -124,6 +123,10 @@ class Session:
                     self._follow_run()
                 except InputError as error:
                     screen.say(str(error))
+                if isinstance(event, Delivered | Failed):
+                    self._ask()  # what was answered and is wanted again later is asked for anew
+            if self._closed:
+                return
 
     def _apply(self, event: Event, screen: Screen, now: float) -> None:
         """What an event makes of the document, of the history, or of what is computed."""
@@ -159,6 +162,12 @@ class Session:
             case _:
                 after = update(self._facts, self.document, event)
                 self._history = self._history.step(after, gesture_of(event), now)
+
+    def _ask(self) -> None:
+        """Have the engine do what is missing, and nothing else."""
+        works = self._wanted()
+        self._computed = self._computed.keep(works)
+        self._work.want(self._computed.missing(works))
 
     def _wanted(self) -> dict[Slot, Work]:
         works = wanted(self._facts, self.document)
@@ -237,7 +246,7 @@ class Session:
         if len(code) <= MAX_LINE:
             screen.show_code(code)
             return
-        self._client.send_file_download("screen.rnnpb", code.encode(), save_immediately=True)
+        self._client.send_file_download(f"screen{CODE_SUFFIX}", code.encode(), save_immediately=True)
         screen.say(
             "The upload makes this code too long for a line; it was saved as a file", good=True
         )
@@ -292,6 +301,8 @@ class Session:
             if not self._closed:
                 log.exception("the page of browser %s broke off", self._client.client_id)
                 self._break_off(screen)
+        finally:
+            self._work.close()  # it may have been closed just before something more was wanted
 
     def _break_off(self, screen: Screen | None) -> None:
         """Stop, and say so. What the tab keeps is what was shown before the fault.

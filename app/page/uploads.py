@@ -19,6 +19,7 @@ from ..state.statecode import PREFIX
 MAX_UPLOAD_BYTES = MAX_CSV_BYTES
 TOO_LARGE = f"the file is larger than {MAX_UPLOAD_BYTES // 1_000_000} MB"
 MAX_NAME = 76  # characters
+CODE_SUFFIX = ".rnnpb"  # of a state code that is too long for a line
 log = logging.getLogger(__name__)
 
 

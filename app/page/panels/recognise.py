@@ -15,7 +15,7 @@ from ...state.facts import Facts
 from ...state.on_recognition import shown_iteration
 from ...state.picture import Picture
 from ...state.results import RecognitionTrace
-from ..uploads import UploadReader
+from ..uploads import CODE_SUFFIX, UploadReader
 from .bound import Bound, on_click
 from .text import text_lines, write
 
@@ -39,8 +39,8 @@ class RecognisePanel:
         self._upload = gui.add_upload_button(
             "Upload a motion",
             icon=viser.Icon.UPLOAD,
-            hint="CSV, or what was exported as JSON or NAOqi script",
-            mime_type=".csv,.json,.py,text/csv,text/plain",
+            hint="CSV, what was exported as JSON or NAOqi script, or a state code as a file",
+            mime_type=f".csv,.json,.py,{CODE_SUFFIX},text/csv,text/plain",
         )
         self._upload.on_upload(self._uploaded)
         self._examples = example_files()

@@ -1,4 +1,4 @@
-"""The panels: what a person's hand on a widget asks for, and what the widgets say of a state."""
+"""The panels: what a person's hand on a widget asks for, and what the widgets say of a picture."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import viser
+from msgspec.structs import replace
 
 from rnnpb_explorer.app.page import uploads
 from rnnpb_explorer.app.page.panels.bound import HELD_SECONDS, Bound, on_click
@@ -31,30 +32,32 @@ from rnnpb_explorer.app.page.panels.readout import ReadoutPanel, readout
 from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
 from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
 from rnnpb_explorer.app.page.stage import stage_for
-from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, read_upload
 from rnnpb_explorer.app.page.words import target_label, window_label
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import AppState, ModelFacts, initial_state
-from rnnpb_explorer.app.state.transitions import Facts
-from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.app.state.facts import Facts, ModelFacts
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.importing import SUFFIXES
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
-from .app_states import (
+from ..app_states import (
     FACTS,
     JOINTS,
+    LANDSCAPE,
     MU,
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
-    after,
-    answer,
+    Page,
     hand_on,
+    landscape_result,
     make_facts,
+    make_target,
     make_trace,
-    open_screen,
     target_motion,
 )
+from .pictures import Clock, after, answered, broke_off, came_to, open_screen, opening
 
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
@@ -64,15 +67,6 @@ ALL_SIZES = pytest.mark.parametrize(
     [ONE_DIMENSION, FACTS, DETERMINISTIC, TWELVE_DIMENSIONS, LARGEST],
     ids=["D1", "D3", "deterministic", "D12", "D128"],
 )
-
-
-class Clock:
-    """A clock that a test moves."""
-
-    now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 @pytest.fixture(scope="module")
@@ -192,14 +186,16 @@ def test_a_button_tells_of_a_persons_press_alone(gui: viser.GuiApi) -> None:
 @ALL_SIZES
 def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Facts) -> None:
     sent: list[do.Intent] = []
-    state = open_screen(facts)
+    picture = open_screen(facts)
     panel = ExplorePanel(gui, facts, sent.append)
-    panel.show(state)
+    panel.show(picture)
     dim = facts[0].pb_dim
     for first in range(0, dim, PAGE):
         if dim > PAGE:
+            sent.clear()
             hand(labelled(gui, "Dimensions"), f"{first + 1}–{min(first + PAGE, dim)}")
-            panel.show(state)
+            assert sent == [do.ShowSliders(first)]
+            panel.show(after(picture, do.ShowSliders(first)))
         for index in range(first, min(first + PAGE, dim)):
             slider = labelled(gui, f"μ {index + 1}")
             assert slider.value == pytest.approx(facts[0].mu[0, index])
@@ -220,11 +216,11 @@ def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
     assert not any(str(label).startswith("σ") for label in labels)
 
 
-@pytest.mark.parametrize("value", [19.9, -20.0, 7.3])
+@pytest.mark.parametrize("value", [19.9, -20.0, 7.3, 1e6, -5e5])
 def test_a_slider_widens_for_a_value_beyond_its_end(gui: viser.GuiApi, value: float) -> None:
     panel = ExplorePanel(gui, FACTS, lambda _: None)
     panel.show(open_screen())
-    panel.show(after(FACTS, open_screen(), do.SetMu(0, value)))
+    panel.show(after(open_screen(), do.SetMu(0, value)))
     slider = labelled(gui, "μ 1")
     assert slider.value == pytest.approx(value)
     assert slider.min <= value <= slider.max
@@ -251,32 +247,31 @@ def test_far_from_everything_learnt_the_panel_says_so(gui: viser.GuiApi) -> None
     panel = ExplorePanel(gui, FACTS, lambda _: None)
     panel.show(open_screen())
     assert "Extrapolating" not in panel._note.content
-    panel.show(after(FACTS, open_screen(), do.SetMu(0, 15.0)))
+    panel.show(after(open_screen(), do.SetMu(0, 15.0)))
     assert "Extrapolating" in panel._note.content
 
 
 # --- playback ---
 def test_the_playback_widgets_follow_the_state(gui: viser.GuiApi) -> None:
     clock = Clock()
-    panel = PlaybackPanel(gui, FACTS, lambda _: None, clock)
-    state = open_screen()
-    panel.show(state)
+    panel = PlaybackPanel(gui, lambda _: None, clock)
+    picture = open_screen()
+    panel.show(picture)
     assert labelled(gui, "Frame").max == 11
-    state = after(FACTS, state, do.Seek(7), do.SetSpeed(2.0), do.SetLoop(False))
-    panel.show(state)
+    picture = after(picture, do.Seek(7), do.SetSpeed(2.0), do.SetLoop(False))
+    panel.show(picture)
     assert labelled(gui, "Frame").value == 7
     assert labelled(gui, "Speed ×").value == 2.0
     assert labelled(gui, "Loop").value is False
     assert labelled(gui, "Play") is not None
-    state, works = update(FACTS, state, do.SelectMotion(3))
     clock.now += 1.0
-    panel.show(answer(FACTS, state, works))
+    panel.show(answered(after(picture, do.SelectMotion(3))))
     assert labelled(gui, "Frame").max == 20
 
 
 def test_the_playback_widgets_ask_for_absolute_values(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    PlaybackPanel(gui, FACTS, sent.append).show(open_screen())
+    PlaybackPanel(gui, sent.append).show(open_screen())
     hand(labelled(gui, "Frame"), 5)
     hand(labelled(gui, "Speed ×"), 0.5)
     hand(labelled(gui, "Loop"), False)
@@ -285,9 +280,9 @@ def test_the_playback_widgets_ask_for_absolute_values(gui: viser.GuiApi) -> None
 
 
 def test_every_speed_of_the_state_fits_its_slider(gui: viser.GuiApi) -> None:
-    panel = PlaybackPanel(gui, FACTS, lambda _: None)
+    panel = PlaybackPanel(gui, lambda _: None)
     for speed in (0.0, 99.0):
-        panel.show(after(FACTS, open_screen(), do.SetSpeed(speed)))
+        panel.show(after(open_screen(), do.SetSpeed(speed)))
         slider = labelled(gui, "Speed ×")
         assert slider.min <= slider.value <= slider.max
 
@@ -302,47 +297,47 @@ def test_a_label_of_axes_says_which_they_are(letter: str) -> None:
 @ALL_SIZES
 def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts: Facts) -> None:
     sent: list[do.Intent] = []
-    panel = ViewPanel(gui, facts, sent.append, lambda: "code", lambda: None)
-    state = open_screen(facts)
-    panel.show(state)
+    panel = ViewPanel(gui, sent.append)
+    picture = open_screen(facts)
+    panel.show(picture)
     for bound_ in (panel._map_axes, panel._axes):
         for option in bound_.handle.options:
             sent.clear()
             hand(bound_.handle, option)
-            (intent,) = sent
-            moved, _ = update(facts, state, intent)
+            moved = after(picture, *sent).document
             shown = moved.map_axes if bound_ is panel._map_axes else moved.landscape_axes
             assert shown == ("pca" if option == PCA else parse_axes(option))
 
 
 def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> None:
     """A state code may hold them."""
-    panel = ViewPanel(gui, LARGEST, lambda _: None, lambda: "code", lambda: None)
-    state = after(LARGEST, open_screen(LARGEST), do.SetMapAxes((20, 99)))
-    panel.show(after(LARGEST, state, do.SetLandscapeAxes((100, 2))))
+    panel = ViewPanel(gui, lambda _: None)
+    picture = after(open_screen(LARGEST), do.SetMapAxes((20, 99)))
+    panel.show(after(picture, do.SetLandscapeAxes((100, 2))))
     for bound_, label in ((panel._map_axes, "PC21, PC100"), (panel._axes, "μ101, μ3")):
         assert bound_.handle.value == label
         assert label in bound_.handle.options
 
 
-def test_the_view_panel_shows_the_code_and_restores_it(gui: viser.GuiApi) -> None:
+def test_the_view_panel_asks_for_the_code_and_restores_it(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    panel = ViewPanel(gui, FACTS, sent.append, lambda: "rnnpb1-x", lambda: None)
+    panel = ViewPanel(gui, sent.append)
     panel.show(open_screen())
     hand(labelled(gui, "Show the code of this screen"))
     assert labelled(gui, "Code").value == ""  # viser's event loop writes no widget
-    panel.show(open_screen())
-    assert labelled(gui, "Code").value == "rnnpb1-x"
+    panel.show_code("rnnpb2-x")
+    assert labelled(gui, "Code").value == "rnnpb2-x"
     hand(labelled(gui, "Restore from the code"))
-    assert sent == [do.Tick(0.0), do.RestoreCode("rnnpb1-x")]  # a page at rest is woken
-    hand(labelled(gui, "Code"), "rnnpb1-other")
+    hand(labelled(gui, "Code"), "rnnpb2-other")
     panel.show(open_screen())
-    assert labelled(gui, "Code").value == "rnnpb1-other"  # shown once for each press
+    assert labelled(gui, "Code").value == "rnnpb2-other"  # shown once for each press
+    hand(labelled(gui, "Restore from the code"))
+    assert sent == [do.ShowCode(), do.RestoreCode("rnnpb2-x"), do.RestoreCode("rnnpb2-other")]
 
 
 def test_the_motion_on_the_screen_can_be_downloaded(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    ViewPanel(gui, FACTS, sent.append, lambda: "", lambda: None)
+    ViewPanel(gui, sent.append)
     hand(labelled(gui, "Download the motion (CSV)"))
     assert sent == [do.DownloadMotion()]
 
@@ -394,24 +389,24 @@ def test_a_joint_that_never_moves_has_a_plot_with_height() -> None:
 
 
 def test_what_is_observed_is_shaded_only_while_the_target_is_looked_at() -> None:
-    state = after(FACTS, open_screen(), do.SetTarget(target_motion(10)))
+    picture = after(open_screen(), do.SetTarget(make_target(10)))
     assert observed_frames(open_screen(), 12) == 0
-    assert observed_frames(state, 10) == 8
-    assert observed_frames(after(FACTS, state, do.SetUseTarget(False)), 10) == 0
+    assert observed_frames(picture, 10) == 8
+    assert observed_frames(after(picture, do.SetUseTarget(False)), 10) == 0
 
 
 def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
     facts = (FACTS[0], make_facts(2, "other", joints=("x", "y", "c", "d", "e")))
     sent: list[do.Intent] = []
-    panel = JointsPanel(gui, facts, sent.append, Clock())
-    panel.show(initial_state(facts))  # before any motion
-    state = open_screen(facts)
-    panel.show(state)
+    panel = JointsPanel(gui, facts[0].joints, sent.append, Clock())
+    panel.show(opening(facts))  # before any motion
+    picture = open_screen(facts)
+    panel.show(picture)
     chooser = labelled(gui, "Joints")
-    state = after(facts, state, do.SetJoint("b"))
-    panel.show(state)
+    picture = after(picture, do.SetJoint("b"))
+    panel.show(picture)
     assert chooser.value == "b"
-    panel.show(after(facts, state, do.SelectModel(1)))  # which has no joint of that name
+    panel.show(after(picture, do.SelectModel(1)))  # which has no joint of that name
     assert "x" in chooser.options
     assert chooser.value in chooser.options
     hand(chooser, "x")
@@ -419,24 +414,47 @@ def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
     assert sent == [do.SetJoint("x"), do.SetJoint("")]
 
 
+def test_curves_are_drawn_anew_only_for_what_they_show(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    panel = JointsPanel(gui, JOINTS, lambda _: None, Clock())
+    monkeypatch.setattr(panel, "_draw", lambda plot, joint, *_: drawn.append(joint))
+    picture = answered(after(open_screen(), do.SetTarget(make_target()), do.SetPlaying(False)))
+    for _ in range(3):
+        panel.show(answered(picture))
+    assert len(drawn) == 3  # once, one a plot
+    panel.show(after(picture, do.Seek(3)))
+    assert len(drawn) == 6
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3))))
+    assert len(drawn) == 9
+    other = replace(make_target(), positions=bytes(200))
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3), do.SetTarget(other))))
+    assert len(drawn) == 12
+
+
 # --- recognise ---
-RunMaker = Callable[[], AppState]
+def before_a_run() -> Picture:
+    return after(open_screen(), do.SetTarget(make_target()))
 
 
-def before_a_run() -> AppState:
-    return after(FACTS, open_screen(), do.SetTarget(target_motion()))
+def started(iterations: int, trials: int) -> Picture:
+    return after(
+        before_a_run(),
+        do.SetRecognitionOption("iterations", iterations),
+        do.SetRecognitionOption("trials", trials),
+        do.StartRecognition(),
+    )
 
 
-def in_a_run(trials: int = 2) -> AppState:
-    state = after(FACTS, before_a_run(), do.SetRecognitionOption("iterations", 20))
-    state = after(FACTS, state, do.StartRecognition())
+def in_a_run(trials: int = 2, of: int = 20) -> Picture:
+    """Five iterations of a run, which ends after `of`."""
     trace = make_trace(np.linspace(0, 1, 6 * trials * 3).reshape(6, trials, 3))
-    return after(FACTS, state, do.RecognitionStepped(state.recognition.request, trace))
+    return came_to(started(of, trials), trace)
 
 
-def after_a_run(trials: int = 2) -> AppState:
-    state = in_a_run(trials)
-    return after(FACTS, state, do.RecognitionFinished(state.recognition.request))
+def after_a_run(trials: int = 2) -> Picture:
+    return in_a_run(trials, of=5)
 
 
 def test_without_a_target_nothing_can_be_started(gui: viser.GuiApi) -> None:
@@ -456,11 +474,11 @@ def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.Gu
     assert not labelled(gui, "Iteration").visible
     assert panel._progress.visible
     assert panel._progress.value == pytest.approx(25.0)  # 5 of 20
-    reset = after(FACTS, in_a_run(), do.SetRecognitionOption("iterations", 1))  # of the next run
+    reset = after(in_a_run(), do.SetRecognitionOption("iterations", 1))  # of the next run
     panel.show(reset)
     assert panel._progress.value == pytest.approx(25.0)
-    assert "of 20" in status_line(reset.recognition)
-    panel.show(after(FACTS, in_a_run(), do.CancelRecognition()))
+    assert "of 20" in status_line(reset)
+    panel.show(after(in_a_run(), do.CancelRecognition()))
     assert labelled(gui, "Start").visible
     assert not labelled(gui, "Cancel").visible
     assert not panel._progress.visible
@@ -469,14 +487,14 @@ def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.Gu
 def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
     panel = RecognisePanel(gui, FACTS, sent.append)
-    state = after_a_run()
-    panel.show(state)
+    picture = after_a_run()
+    panel.show(picture)
     iteration, trial = labelled(gui, "Iteration"), labelled(gui, "Trial")
     assert iteration.visible
     assert trial.visible
     assert (iteration.max, trial.max) == (5, 2)
-    assert state.recognition.trace is not None
-    best = state.recognition.trace.best
+    assert picture.trace is not None
+    best = picture.trace.best
     assert (iteration.value, trial.value) == (best[0] + 1, best[1] + 1)
     hand(iteration, 3)
     hand(trial, 1)
@@ -484,16 +502,13 @@ def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
 
 
 def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.GuiApi) -> None:
-    state = after(FACTS, before_a_run(), do.SetRecognitionOption("trials", 2))
-    state = after(FACTS, state, do.StartRecognition())
     path = np.linspace(0, 1, 5 * 2 * 3).reshape(5, 2, 3)
     loss = np.array([[0.9, 0.8], [0.5, 0.1], [0.6, 0.7], [0.4, 0.3]])  # the best: 2 of trial 2
     trace = make_trace(path, loss=loss)
-    state = after(FACTS, state, do.RecognitionStepped(state.recognition.request, trace))
     panel = RecognisePanel(gui, FACTS, lambda _: None)
-    panel.show(after(FACTS, state, do.CancelRecognition()))
+    panel.show(after(came_to(started(20, 2), trace), do.CancelRecognition()))
     assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (4, 1)
-    panel.show(after(FACTS, state, do.RecognitionFinished(state.recognition.request)))
+    panel.show(came_to(started(4, 2), trace))
     assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (2, 2)
 
 
@@ -539,7 +554,10 @@ def test_the_examples_that_ship_are_targets(
         hand(labelled(gui, "Example"), name)
         intent = sent.get(timeout=TIMEOUT)
         assert isinstance(intent, do.SetTarget)
-        assert intent.motion.name == name
+        assert intent.target.name == name
+        told = sent.get(timeout=TIMEOUT)
+        assert isinstance(told, do.Say)
+        assert told.good
     monkeypatch.setattr(panel._reader, "read", None)
     hand(labelled(gui, "Example"), "choose …")  # nothing is read
 
@@ -549,10 +567,10 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
 ) -> None:
     begun, chosen = threading.Event(), threading.Event()
 
-    def read(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
+    def read(name: str, content: bytes, facts: ModelFacts) -> tuple[do.Intent, ...]:
         begun.set()
         assert chosen.wait(TIMEOUT)
-        return do.RefuseTarget(name)
+        return (do.Say(name),)
 
     monkeypatch.setattr(uploads, "read_upload", read)
     sent: Queue[do.Intent] = Queue()
@@ -564,24 +582,34 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
     name = next(iter(example_files()))
     hand(labelled(gui, "Example"), name)
     chosen.set()
-    assert sent.get(timeout=TIMEOUT) == do.RefuseTarget(f"{name}.csv")
+    assert sent.get(timeout=TIMEOUT) == do.Say(f"{name}.csv")
     assert sent.empty()
 
 
+def test_a_state_code_can_be_chosen_among_the_files(gui: viser.GuiApi) -> None:
+    """One that is too long for a line is saved as one."""
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, FACTS, sent.put)
+    assert CODE_SUFFIX in panel._upload._impl.props.mime_type.split(",")  # type: ignore[attr-defined]
+    code = encode(after(open_screen(), do.SetTarget(make_target())).document)
+    hand(panel._upload, viser.UploadedFile(f"screen{CODE_SUFFIX}", code.encode()))
+    assert sent.get(timeout=TIMEOUT) == do.RestoreCode(code)
+
+
 def test_the_status_says_how_far_the_run_is() -> None:
-    assert status_line(before_a_run().recognition) == ""
-    assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run().recognition)
-    cancelled = after(FACTS, in_a_run(), do.CancelRecognition()).recognition
+    assert status_line(before_a_run()) == ""
+    assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run())
+    cancelled = after(in_a_run(), do.CancelRecognition())
     assert status_line(cancelled) == "Recognition cancelled after 5 iterations"
-    assert status_line(after_a_run().recognition).startswith("Recognition done: best iterate: 5")
+    assert status_line(after_a_run()).startswith("Recognition done: best iterate: 5")
 
 
 def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
     panel = RecognisePanel(gui, FACTS, lambda _: None)
-    state = after_a_run()
-    assert state.recognition.trace is not None
-    state.recognition.trace.prediction_error[:] = math.nan
-    panel.show(state)
+    picture = after_a_run()
+    assert picture.trace is not None
+    picture.trace.prediction_error[:] = math.nan
+    panel.show(picture)
     assert len(panel._loss.data[0]) == 5
 
 
@@ -598,23 +626,19 @@ def test_names_from_anywhere_stay_text(
     names = (name, "bow", "rest", "nod")
     facts = (make_facts(name=name, names=names, joints=joints, data=data),)
     panels: list[Any] = [
-        ReadoutPanel(gui, facts),
+        ReadoutPanel(gui),
         RecognisePanel(gui, facts, lambda _: None),
         ExplorePanel(gui, facts, lambda _: None),
-        JointsPanel(gui, facts, lambda _: None),
-        ViewPanel(gui, facts, lambda _: None, lambda: "", lambda: None),
+        JointsPanel(gui, facts[0].joints, lambda _: None),
+        ViewPanel(gui, lambda _: None),
     ]
-    upload = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
+    upload, _ = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
     assert isinstance(upload, do.SetTarget)
-    running = after(facts, open_screen(facts), upload, do.StartRecognition())
-    request = running.recognition.request
-    for state in (
-        open_screen(facts),
-        after(facts, open_screen(facts), upload),
-        after(facts, running, do.WorkFailed("recognition", request, f"cell {name}")),
-    ):
+    uploaded = after(open_screen(facts), upload)
+    running = after(uploaded, do.StartRecognition())
+    for picture in (open_screen(facts), answered(uploaded), broke_off(running, f"cell {name}")):
         for panel in panels:
-            panel.show(state)
+            panel.show(picture)
         assert not any(name in handle.content for handle in markdown)
         written = "".join(handle.content for handle in html)
         assert escape(name) in written
@@ -647,15 +671,15 @@ def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
         (viser.GuiUploadButtonHandle, "on_upload"),
     ):
         monkeypatch.setattr(kind, register, at_once(getattr(kind, register), hasty))
-    state, sent = open_screen(), Queue[do.Intent]()
+    picture, sent = open_screen(), Queue[do.Intent]()
     for panel in (
         ExplorePanel(gui, FACTS, sent.put),
-        PlaybackPanel(gui, FACTS, sent.put),
-        JointsPanel(gui, FACTS, sent.put),
+        PlaybackPanel(gui, sent.put),
+        JointsPanel(gui, FACTS[0].joints, sent.put),
         RecognisePanel(gui, FACTS, sent.put),
-        ViewPanel(gui, FACTS, sent.put, lambda: "", lambda: None),
+        ViewPanel(gui, sent.put),
     ):
-        panel.show(state)
+        panel.show(picture)
     assert {"Upload a motion", "Iteration", "Trial", "Code"} <= set(hasty)
 
 
@@ -685,26 +709,33 @@ def test_the_help_speaks_of_the_screen_as_it_is() -> None:
 
 # --- words ---
 def test_the_readout_says_complete_only_of_what_is_asked_for() -> None:
-    state = open_screen()
-    assert readout(FACTS[0], state).startswith("Landscape 20×20 complete: mean 0.000")
-    moved = after(FACTS, state, do.SetMu(2, 0.9))  # the newer one has not come
-    assert readout(FACTS[0], moved).startswith("Landscape coarse")
-    assert readout(FACTS[0], initial_state(FACTS)) == "Landscape …"
+    picture = open_screen()
+    assert readout(picture).startswith("Landscape 20×20 complete: mean 0.000")
+    moved = after(picture, do.SetMu(2, 0.9))  # the newer one has not come
+    assert readout(moved).startswith("Landscape coarse")
+    assert readout(opening()) == "Landscape …"
+
+
+def test_a_landscape_that_comes_late_is_not_called_complete() -> None:
+    page = Page().compute()
+    late = page.wanted[LANDSCAPE]
+    page.do(do.SetMu(2, 0.9)).deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape coarse")
+    page.compute().deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape 20×20 complete")
 
 
 def test_the_target_is_called_by_its_name() -> None:
-    assert target_label(FACTS[0], open_screen()) == "wave (own reconstruction, σ = 0)"
+    assert target_label(open_screen()) == "wave (own reconstruction, σ = 0)"
     data = (make_facts(data=(target_motion(), None, None, None)),)
-    assert target_label(data[0], open_screen(data)) == "wave (data)"
-    state = before_a_run()
-    assert target_label(FACTS[0], state) == "given"
-    state = after(FACTS, state, do.SetUseTarget(False))
-    assert target_label(FACTS[0], state) == "wave (own reconstruction, σ = 0)"
+    assert target_label(open_screen(data)) == "wave (data)"
+    picture = before_a_run()
+    assert target_label(picture) == "given"
+    picture = after(picture, do.SetUseTarget(False))
+    assert target_label(picture) == "wave (own reconstruction, σ = 0)"
 
 
 def test_the_window_is_called_by_its_width() -> None:
-    assert window_label(FACTS[0], open_screen()) == "±1"
-    relative = after(FACTS, open_screen(), do.SetWindow("sd"))
-    assert (
-        window_label(FACTS[0], relative) == f"±0.7 sd (±{0.7 * MU.std(axis=0, ddof=1).mean():.2f})"
-    )
+    assert window_label(open_screen()) == "±1"
+    relative = after(open_screen(), do.SetWindow("sd"))
+    assert window_label(relative) == f"±0.7 sd (±{0.7 * MU.std(axis=0, ddof=1).mean():.2f})"

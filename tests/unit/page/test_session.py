@@ -10,22 +10,24 @@ import numpy as np
 import pytest
 import torch
 
-from rnnpb_explorer.app.engine.worker import Lane
+from rnnpb_explorer.app.engine.engine import Delivered
 from rnnpb_explorer.app.page import server as server_module
 from rnnpb_explorer.app.page import session as session_module
 from rnnpb_explorer.app.page.screen import Screen
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
-from rnnpb_explorer.app.page.session import LOST, STOPPED, Session
+from rnnpb_explorer.app.page.session import LOST, STOPPED, Event, Session
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import AppState
-from rnnpb_explorer.app.state.transitions import Facts, Update
+from rnnpb_explorer.app.state.document import Document
+from rnnpb_explorer.app.state.facts import Facts
+from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
-from .wire_browser import TIMEOUT, WireBrowser
+from ..wire_browser import TIMEOUT, WireBrowser
 
 NAMES = ("wave", "bow", "rest")
 
@@ -79,21 +81,35 @@ def open_browser(app: App) -> Iterator[Open]:
         browser.leave()
 
 
-def until(session: Session, condition: Callable[[AppState], bool]) -> None:
-    """Wait until a state that fulfils the condition has been shown."""
-    assert session.wait_for(condition, TIMEOUT)
+def until(session: Session, condition: Callable[[Picture], bool]) -> Picture:
+    """Wait until a picture that fulfils the condition has been shown; that picture."""
+    seen: list[Picture] = []
+
+    def fulfils(picture: Picture) -> bool:
+        seen[:] = [picture]
+        return condition(picture)
+
+    assert session.wait_for(fulfils, TIMEOUT)
+    return seen[0]
 
 
-def complete(state: AppState) -> bool:
-    """Whether all that this state wants has been computed."""
-    return all(
-        model.motion is not None
-        and model.motion.request == model.motion_request
-        and model.landscape is not None
-        and model.landscape.request == model.landscape_request
-        and model.landscape.values.complete
-        for model in state.models
-    )
+def complete(picture: Picture) -> bool:
+    """Whether all that this picture shows has been computed."""
+    return not picture.computed.missing(wanted(picture.facts, picture.document))
+
+
+def now(session: Session) -> Picture:
+    """What is on the screen."""
+    return until(session, lambda _: True)
+
+
+def steps(session: Session) -> int:
+    """How often one could undo."""
+    return len(session._history.past)
+
+
+def mu(picture: Picture) -> tuple[float, ...]:
+    return picture.choice.latent.mu
 
 
 def leave(browser: WireBrowser, session: Session) -> None:
@@ -109,9 +125,9 @@ def leave(browser: WireBrowser, session: Session) -> None:
     assert noticed.wait(TIMEOUT)
 
 
-def shown(app: App, state: AppState) -> list[str]:
+def shown(picture: Picture) -> list[str]:
     """The motion that each model shows."""
-    pairs = zip(app.facts, state.models, strict=True)
+    pairs = zip(picture.facts, picture.document.models, strict=True)
     return [facts.motions[model.latent.motion] for facts, model in pairs]
 
 
@@ -133,7 +149,7 @@ def test_the_screen_opens_with_a_motion_that_plays(open_browser: Open, app: App)
     browser, session = open_browser()
     assert browser.widget("Motion")["value"] == "wave"
     assert browser.widget("μ 1")["value"] == pytest.approx(app.facts[0].mu[0, 0], abs=0.01)
-    until(session, lambda state: state.playback.phase > 0)
+    until(session, lambda picture: picture.document.playback.phase > 0)
     assert "/boards/map" in browser.nodes
     assert "/boards/landscape" in browser.nodes
     assert any(name.startswith("/robot-0/") for name in browser.nodes)
@@ -142,9 +158,9 @@ def test_the_screen_opens_with_a_motion_that_plays(open_browser: Open, app: App)
 def test_the_robot_moves_on_the_screen(open_browser: Open) -> None:
     browser, session = open_browser()
     browser.command("Play or pause")
-    until(session, lambda state: not state.playback.playing)
+    until(session, lambda picture: not picture.document.playback.playing)
     browser.set("Frame", 3)
-    until(session, lambda state: state.playback.phase == pytest.approx(3 / 11))
+    until(session, lambda picture: picture.document.playback.phase == pytest.approx(3 / 11))
     before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
     browser.set("Frame", 9)
     browser.wait_for(
@@ -156,23 +172,22 @@ def test_the_robot_moves_on_the_screen(open_browser: Open) -> None:
 
 def test_a_slider_moves_mu_and_the_motion(open_browser: Open) -> None:
     browser, session = open_browser()
-    assert session.state.current.motion is not None
-    before = session.state.current.motion.positions
+    before = now(session).motion()
     browser.set("μ 2", 0.5)
-    until(session, lambda state: state.current.latent.mu[1] == 0.5 and complete(state))
-    assert not np.allclose(session.state.current.motion.positions, before)
+    moved = until(session, lambda picture: mu(picture)[1] == 0.5 and complete(picture))
+    assert not np.allclose(moved.motion(), before)
 
 
 def test_a_drag_on_the_map_moves_the_puck_to_the_pointer(open_browser: Open, app: App) -> None:
     browser, session = open_browser()
     board = app.facts[0].latent_map
-    before = board.project(session.state.current.latent.mu)
+    before = board.project(session.document.current.latent.mu)
     node = browser.nodes["/boards/map"]
     place = node["position"]
     through = [(place[0], place[1] + y, place[2]) for y in (0.0, 0.05, 0.1)]
     browser.drag("/boards/map", *through)
-    until(session, lambda state: len(state.undo) == 1 and complete(state))
-    after = board.project(session.state.current.latent.mu)
+    until(session, lambda picture: steps(session) == 1 and complete(picture))
+    after = board.project(session.document.current.latent.mu)
     assert not np.allclose(after[:2], before[:2])
     np.testing.assert_allclose(after[2:], before[2:], atol=1e-9)
     at = np.array(browser.nodes["/boards/map-puck"]["position"])
@@ -181,31 +196,30 @@ def test_a_drag_on_the_map_moves_the_puck_to_the_pointer(open_browser: Open, app
     pointer = eye + (at[0] - eye[0]) / ray[0] * ray
     np.testing.assert_allclose(at[1:], pointer[1:], atol=0.01)
     browser.command("Undo")
-    until(session, lambda state: not state.undo)
-    np.testing.assert_allclose(board.project(session.state.current.latent.mu), before)
+    until(session, lambda _: not steps(session))
+    np.testing.assert_allclose(board.project(session.document.current.latent.mu), before)
 
 
 def test_a_motion_is_chosen_from_the_list(open_browser: Open, app: App) -> None:
     browser, session = open_browser()
     browser.set("Motion", "rest")
-    until(session, lambda state: state.current.latent.motion == 2 and complete(state))
-    assert session.state.current.latent.mu.tolist() == app.facts[0].mu[2].tolist()
+    until(session, lambda picture: picture.choice.latent.motion == 2 and complete(picture))
+    assert session.document.current.latent.mu == tuple(app.facts[0].mu[2].tolist())
     browser.wait_for(lambda: browser.widget("Frame")["max"] == 14)
 
 
 def test_an_upload_is_recognised(open_browser: Open, target: Motion) -> None:
     browser, session = open_browser()
     upload(browser, target)
-    until(session, lambda state: state.recognition.target is not None)
-    assert session.state.recognition.target is not None
-    np.testing.assert_array_equal(session.state.recognition.target.positions, target.positions)
+    until(session, lambda picture: picture.document.target is not None)
+    assert session.document.target is not None
+    np.testing.assert_array_equal(session.document.target.array, target.positions)
     browser.set("Iterations", 10)
-    until(session, lambda state: state.recognition.iterations == 10)
+    until(session, lambda picture: picture.document.recognition.iterations == 10)
     browser.press("Start")
-    until(session, lambda state: state.recognition.status == "finished" and complete(state))
-    trace = session.state.recognition.trace
-    assert trace is not None
-    assert trace.iterations == 10
+    done = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
+    assert done.trace is not None
+    assert done.trace.iterations == 10
     browser.wait_for(lambda: bool(browser.widget("Iteration")["visible"]))
 
 
@@ -214,31 +228,34 @@ def test_a_failed_upload_leaves_the_target_and_the_session(
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
-    until(session, lambda state: state.recognition.target is not None)
-    kept = session.state.recognition.target
+    until(session, lambda picture: picture.document.target is not None)
+    kept = session.document.target
     browser.upload("Upload a motion", "bad.csv", b"HeadYaw,HeadPitch\n1,2\n")
     browser.wait_for(lambda: any("bad.csv" in notice for notice in browser.notices))
-    assert session.state.recognition.target is kept
+    assert session.document.target is kept
     browser.set("μ 1", 0.25)
-    until(session, lambda state: state.current.latent.mu[0] == 0.25)
+    until(session, lambda picture: mu(picture)[0] == 0.25)
 
 
 def test_an_export_arrives_and_can_be_uploaded_again(open_browser: Open) -> None:
     browser, session = open_browser()
-    positions = session.state.current.motion.positions
+    positions = now(session).motion()
+    assert positions is not None
     for label, suffix in (("CSV", ".csv"), ("JSON", ".json"), ("NAOqi script", ".py")):
         browser.set("Format", label)
         browser.press("Export the motion")
         name = f"wave_tiny{suffix}"
         browser.wait_for(lambda name=name: name in browser.files)
         browser.upload("Upload a motion", name, browser.files[name])
-        until(session, lambda state: state.recognition.target is not None and complete(state))
-        found = session.state.recognition.target.positions
+        got = until(session, lambda now: now.document.target is not None and complete(now))
+        assert got.document.target is not None
+        assert got.checked is not None
+        found = got.document.target.array
         assert found.shape == positions.shape
-        within = session.state.current.checked.report.light == "green"
+        within = got.checked.report.light == "green"
         assert np.allclose(found, positions, atol=1e-6) == within
         browser.press("Forget the target")
-        until(session, lambda state: state.recognition.target is None and complete(state))
+        until(session, lambda picture: picture.document.target is None and complete(picture))
 
 
 def test_the_limited_robot_comes_back_after_a_reload(open_browser: Open) -> None:
@@ -246,26 +263,29 @@ def test_the_limited_robot_comes_back_after_a_reload(open_browser: Open) -> None
     browser, session = open_browser(storage)
     assert not any(name.startswith("/robot-1") for name in browser.nodes)
     browser.set("Side by side", True)
-    until(session, lambda state: state.side_by_side and state.current.checked.limited is not None)
+    until(session, lambda picture: picture.document.side_by_side and complete(picture))
+    checked = now(session).checked
+    assert checked is not None
+    assert checked.limited is not None
     browser.wait_for(lambda: "/robot-1" in browser.nodes)
     browser.leave()
     again, session = open_browser(storage)
     again.wait_for(lambda: "/robot-1" in again.nodes)
-    assert session.state.side_by_side
+    assert session.document.side_by_side
     again.wait_for(lambda: again.widget("Side by side")["value"])
 
 
 def test_a_code_of_the_screen_restores_it(open_browser: Open) -> None:
     browser, session = open_browser()
     browser.set("μ 3", 0.75)
-    until(session, lambda state: state.current.latent.mu[2] == 0.75)
+    until(session, lambda picture: mu(picture)[2] == 0.75)
     browser.press("Show the code of this screen")
-    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb1-"))
+    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb2-"))
     code = browser.widget("Code")["value"]
     other, other_session = open_browser()
     other.set("Code", code)
     other.press("Restore from the code")
-    until(other_session, lambda state: state.current.latent.mu[2] == 0.75)
+    until(other_session, lambda picture: mu(picture)[2] == 0.75)
 
 
 def test_nonsense_for_a_code_is_a_notice(open_browser: Open) -> None:
@@ -273,45 +293,48 @@ def test_nonsense_for_a_code_is_a_notice(open_browser: Open) -> None:
     browser.set("Code", "nonsense")
     browser.press("Restore from the code")
     browser.wait_for(lambda: any("not a state code" in notice for notice in browser.notices))
-    assert session.state.undo == ()
+    assert steps(session) == 0
 
 
 # --- several browsers ---
 def test_each_browser_has_a_session_of_its_own(open_browser: Open) -> None:
     (one, first), (_, second) = open_browser(), open_browser()
-    before = second.state.current.latent
+    before = second.document.current.latent
     one.set("μ 1", 0.125)
     one.set("Motion", "bow")
-    until(first, lambda state: state.current.latent.motion == 1 and complete(state))
-    assert second.state.current.latent is before
+    until(first, lambda picture: picture.choice.latent.motion == 1 and complete(picture))
+    assert second.document.current.latent is before
     assert first is not second
 
 
 def test_a_reload_brings_the_same_screen_back(open_browser: Open) -> None:
     browser, session = open_browser()
     browser.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     browser.leave()
     again, session = open_browser(browser.storage)
-    assert session.state.current.latent.mu[0] == 0.125
+    assert session.document.current.latent.mu[0] == 0.125
     assert again.widget("μ 1")["value"] == pytest.approx(0.125, abs=0.01)
     _, stranger = open_browser()
-    assert stranger.state.current.latent.mu[0] != 0.125
+    assert stranger.document.current.latent.mu[0] != 0.125
 
 
-def test_a_reload_in_the_middle_of_a_run_leaves_no_run_behind(
+def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
     open_browser: Open, target: Motion
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
-    browser.set("Iterations", 300)
-    until(session, lambda state: state.recognition.iterations == 300)
+    browser.set("Iterations", 60)
+    until(session, lambda picture: picture.document.recognition.iterations == 60)
     browser.press("Start")
-    until(session, lambda state: state.recognition.status == "running")
-    browser.leave()
+    until(
+        session, lambda picture: picture.run_status == "running" and picture.document.run.done > 0
+    )
+    leave(browser, session)
     _, session = open_browser(browser.storage)
-    assert session.state.recognition.status != "running"
-    assert session.state.recognition.target is not None
+    end = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
+    assert end.trace is not None
+    assert end.trace.iterations == 60
 
 
 def test_each_of_two_pages_of_a_browser_gets_its_own_screen_back(open_browser: Open) -> None:
@@ -319,25 +342,25 @@ def test_each_of_two_pages_of_a_browser_gets_its_own_screen_back(open_browser: O
     pages = [open_browser(storage) for _ in range(2)]
     for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
         page.set("μ 1", value)
-        until(session, lambda state, value=value: state.current.latent.mu[0] == value)
+        until(session, lambda picture, value=value: mu(picture)[0] == value)
     for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
         leave(page, session)
         page, again = open_browser(storage)
-        assert again.state.current.latent.mu[0] == value
+        assert again.document.current.latent.mu[0] == value
     # A third one finds none that was closed.
     page.set("μ 1", 0.375)
-    until(again, lambda state: state.current.latent.mu[0] == 0.375)
+    until(again, lambda picture: mu(picture)[0] == 0.375)
     _, third = open_browser(storage)
-    assert third.state.current.latent.mu[0] == 0.375
+    assert third.document.current.latent.mu[0] == 0.375
 
 
 def test_a_second_page_begins_with_what_the_first_one_shows(open_browser: Open) -> None:
     storage: dict[str, str] = {}
     page, session = open_browser(storage)
     page.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     _, second = open_browser(storage)
-    assert second.state.current.latent.mu[0] == 0.125
+    assert second.document.current.latent.mu[0] == 0.125
 
 
 def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
@@ -345,13 +368,13 @@ def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
 ) -> None:
     page, session = open_browser()
     page.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     leave(page, session)
     session.join(TIMEOUT)  # so that it shows nothing any more
     building, go_on = threading.Event(), threading.Event()
 
-    def slow(screen: Screen, state: AppState) -> None:
-        if state.current.latent.mu[0] == 0.125:
+    def slow(screen: Screen, picture: Picture) -> None:
+        if mu(picture)[0] == 0.125:
             building.set()
             assert go_on.wait(TIMEOUT)
 
@@ -364,7 +387,7 @@ def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
         go_on.set()
         session.join(TIMEOUT)
     _, session = open_browser(page.storage)
-    assert session.state.current.latent.mu[0] == 0.125
+    assert session.document.current.latent.mu[0] == 0.125
 
 
 def test_no_more_pages_than_the_server_takes(
@@ -387,7 +410,7 @@ def test_no_more_pages_than_the_server_takes(
 
 
 # --- faults ---
-Break = Callable[[AppState, do.Intent], bool]
+Break = Callable[[Document, do.Intent], bool]
 
 
 @pytest.fixture
@@ -395,10 +418,10 @@ def break_when(monkeypatch: pytest.MonkeyPatch) -> Callable[[Break], None]:
     """Have the update of some states and intents fail."""
 
     def install(breaks: Break) -> None:
-        def failing(facts: Facts, state: AppState, intent: do.Intent) -> Update:
-            if breaks(state, intent):
+        def failing(facts: Facts, document: Document, intent: do.DocumentIntent) -> Document:
+            if breaks(document, intent):
                 raise ZeroDivisionError("made for a test")
-            return update(facts, state, intent)
+            return update(facts, document, intent)
 
         monkeypatch.setattr(session_module, "update", failing)
 
@@ -414,23 +437,23 @@ def stop_and_reload(
 ) -> tuple[WireBrowser, Session]:
     """Move mu 1, which goes well, then mu 2, which meets the fault; the page is as before it."""
     browser.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     browser.set("μ 2", 0.5)
     has_stopped(browser)
-    leave(browser, session)
+    browser.leave()
     again, session = open_browser(browser.storage)
-    assert session.state.current.latent.mu[0] == 0.125
+    assert session.document.current.latent.mu[0] == 0.125
     return again, session
 
 
 def test_a_page_that_meets_a_fault_says_so_and_comes_back_as_it_was(
     open_browser: Open, break_when: Callable[[Break], None]
 ) -> None:
-    break_when(lambda state, intent: intent == do.SetMu(1, 0.5))
+    break_when(lambda _, intent: intent == do.SetMu(1, 0.5))
     browser, session = open_browser()
     again, session = stop_and_reload(browser, session, open_browser)
     again.set("μ 2", 0.25)
-    until(session, lambda state: state.current.latent.mu[1] == 0.25)
+    until(session, lambda picture: mu(picture)[1] == 0.25)
     assert again.notices == []
 
 
@@ -439,26 +462,26 @@ def test_a_state_that_cannot_be_shown_is_not_kept(
 ) -> None:
     show = Screen.show
 
-    def fails(screen: Screen, state: AppState) -> None:
-        if state.current.latent.mu[1] == 0.5:
+    def fails(screen: Screen, picture: Picture) -> None:
+        if mu(picture)[1] == 0.5:
             raise ZeroDivisionError("made for a test")
-        show(screen, state)
+        show(screen, picture)
 
     monkeypatch.setattr(Screen, "show", fails)
     browser, session = open_browser()
     again, session = stop_and_reload(browser, session, open_browser)
-    assert session.state.current.latent.mu[1] != 0.5
+    assert session.document.current.latent.mu[1] != 0.5
     assert again.notices == []
 
 
 def test_a_kept_screen_that_cannot_be_built_gives_way_to_the_opening_one(
     open_browser: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reset_camera = Screen._reset_camera
+    reset_view = Screen.reset_view
     browser, session = open_browser()
-    opening = session.state.current.latent.mu[0]
+    opening = session.document.current.latent.mu[0]
     browser.set("μ 1", 0.125)
-    until(session, lambda state: state.current.latent.mu[0] == 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     leave(browser, session)
     built: list[Screen] = []
 
@@ -467,37 +490,40 @@ def test_a_kept_screen_that_cannot_be_built_gives_way_to_the_opening_one(
         built.append(screen)
         if len(built) == 1:
             raise ZeroDivisionError("made for a test")
-        reset_camera(screen)
+        reset_view(screen)
 
-    monkeypatch.setattr(Screen, "_reset_camera", fails)
+    monkeypatch.setattr(Screen, "reset_view", fails)
     again, session = open_browser(browser.storage)
-    assert session.state.current.latent.mu[0] == opening
+    assert session.document.current.latent.mu[0] == opening
     again.wait_for(lambda: again.notices == [LOST])
     labels = [widget.get("label") for widget in again.widgets.values()]
     assert labels.count("Motion") == 1
     again.set("μ 1", 0.25)
-    until(session, lambda state: state.current.latent.mu[0] == 0.25)
+    until(session, lambda picture: mu(picture)[0] == 0.25)
 
 
 def test_a_screen_that_leads_to_a_fault_twice_is_given_up(
-    app: App, open_browser: Open, break_when: Callable[[Break], None]
+    app: App, open_browser: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It can be shown, but the motion that it asks for ends the page."""
-    break_when(
-        lambda state, intent: (
-            isinstance(intent, do.MotionReady) and state.current.latent.mu[0] == 0.125
-        )
-    )
+    follow = Session._deliver
+
+    def failing(session: Session, event: Delivered, screen: Screen) -> None:
+        if event.slot[0] == "motion" and session.document.current.latent.mu[0] == 0.125:
+            raise ZeroDivisionError("made for a test")
+        follow(session, event, screen)
+
+    monkeypatch.setattr(Session, "_deliver", failing)
     browser, session = open_browser()
-    opening = session.state.current.latent.mu[0]
+    opening = session.document.current.latent.mu[0]
     browser.set("μ 1", 0.125)
     has_stopped(browser)
-    leave(browser, session)
+    browser.leave()
     again = WireBrowser(app.url, browser.storage)
     has_stopped(again)
-    leave(again, app.sessions[max(app.sessions)])
+    again.leave()
     last, session = open_browser(browser.storage)
-    assert session.state.current.latent.mu[0] == opening
+    assert session.document.current.latent.mu[0] == opening
     last.wait_for(lambda: last.notices == [LOST])
 
 
@@ -505,20 +531,20 @@ def test_a_screen_that_leads_to_a_fault_twice_is_given_up(
 @pytest.fixture
 def resting(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Set whenever a session waits for nothing but an intent."""
-    rests, drain = threading.Event(), Session._drain
+    rests, drain = threading.Event(), Session._next_events
 
-    def noting(session: Session, wait: float | None) -> list[do.Intent]:
+    def noting(session: Session, wait: float | None) -> list[Event]:
         if wait is None:
             rests.set()
         return drain(session, wait)
 
-    monkeypatch.setattr(Session, "_drain", noting)
+    monkeypatch.setattr(Session, "_next_events", noting)
     return rests
 
 
 def paused(browser: WireBrowser, session: Session, resting: threading.Event) -> None:
     browser.command("Play or pause")
-    until(session, lambda state: not state.playback.playing)
+    until(session, lambda picture: not picture.document.playback.playing)
     assert resting.wait(TIMEOUT)
     resting.clear()
 
@@ -531,17 +557,17 @@ def test_a_session_rests_where_nothing_changes_and_goes_on_from_there(
     paused(browser, session, resting)
     ticks: list[float] = []
 
-    def noting(facts: Facts, state: AppState, intent: do.Intent) -> Update:
+    def noting(facts: Facts, document: Document, intent: do.DocumentIntent) -> Document:
         if isinstance(intent, do.Tick):
             ticks.append(intent.seconds)
-        return update(facts, state, intent)
+        return update(facts, document, intent)
 
     monkeypatch.setattr(session_module, "update", noting)
     browser.command("Play or pause")
-    until(session, lambda state: state.playback.playing)
+    until(session, lambda picture: picture.document.playback.playing)
     assert ticks[0] == 0.0
-    phase = session.state.playback.phase
-    until(session, lambda state: state.playback.phase != phase)
+    phase = session.document.playback.phase
+    until(session, lambda picture: picture.document.playback.phase != phase)
 
 
 def test_a_session_at_rest_resets_the_view(
@@ -550,7 +576,7 @@ def test_a_session_at_rest_resets_the_view(
     browser, session = open_browser()
     paused(browser, session, resting)
     went_home = threading.Event()
-    monkeypatch.setattr(Screen, "_reset_camera", lambda screen: went_home.set())
+    monkeypatch.setattr(Screen, "reset_view", lambda screen: went_home.set())
     browser.command("Reset the view")
     assert went_home.wait(TIMEOUT)
 
@@ -559,7 +585,7 @@ def test_a_session_at_rest_shows_its_code(open_browser: Open, resting: threading
     browser, session = open_browser()
     paused(browser, session, resting)
     browser.press("Show the code of this screen")
-    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb1-"))
+    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb2-"))
 
 
 def test_what_is_written_late_is_written_before_a_rest(
@@ -573,20 +599,22 @@ def test_what_is_written_late_is_written_before_a_rest(
 
 
 # --- leaving ---
-def session_threads() -> set[threading.Thread]:
-    return {thread for thread in threading.enumerate() if thread.name.startswith("session-")}
+def page_threads() -> set[threading.Thread]:
+    return {thread for thread in threading.enumerate() if thread.name.startswith("page-")}
 
 
-def test_a_browser_that_leaves_takes_its_threads_with_it(app: App, open_browser: Open) -> None:
-    before = session_threads()
-    browser, session = open_browser()
-    mine = session_threads() - before
-    assert len(mine) == 5  # the loop, and a lane for each kind of work
-    browser.leave()
-    for thread in mine:
-        thread.join(TIMEOUT)
-        assert not thread.is_alive()
-    assert session not in app.sessions.values()
+def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: Open) -> None:
+    before = set(threading.enumerate())
+    pages = [open_browser() for _ in range(16)]
+    assert len(page_threads() - before) == 16  # one each: the engine's are everybody's
+    new = set(threading.enumerate()) - before
+    for browser, session in pages:
+        leave(browser, session)
+        session.join(TIMEOUT)
+        assert session not in app.sessions.values()
+    for thread in new:
+        if thread.name.startswith(("page-", "upload")):
+            assert not thread.is_alive()
 
 
 def test_a_browser_that_leaves_at_the_door_leaves_nothing(app: App, open_browser: Open) -> None:
@@ -602,23 +630,23 @@ def test_a_browser_that_leaves_at_the_door_leaves_nothing(app: App, open_browser
 def test_stopping_ends_every_session_and_frees_the_port(
     checkpoint: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = session_threads()
+    before = set(threading.enumerate())
     running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
     browsers = [WireBrowser(running.url) for _ in range(2)]
     for browser in browsers:
         browser.widget("Motion")
-    mine = session_threads() - before
-    lanes = [lane for session in running.sessions.values() for lane in session._lanes]
+    sessions = list(running.sessions.values())
+    mine = {t for t in set(threading.enumerate()) - before if t.name.startswith(("page", "engine"))}
     told: list[bool] = []
-    join = Lane.join
+    join = Session.join
 
-    def noting(lane: Lane[object, object], timeout: float) -> None:
-        told.append(all(each._closed for each in lanes))
-        join(lane, timeout)
+    def noting(session: Session, timeout: float) -> None:
+        told.append(all(each._closed for each in sessions))
+        join(session, timeout)
 
-    monkeypatch.setattr(Lane, "join", noting)
+    monkeypatch.setattr(Session, "join", noting)
     running.stop()
-    assert told == [True] * len(lanes)  # all were told to end before any was waited for
+    assert told == [True, True]  # all were told to end before any was waited for
     assert not any(thread.is_alive() for thread in mine)
     port = int(running.url.rpartition(":")[2])
     again = start(ServerOptions(checkpoints=(str(checkpoint),), port=port))
@@ -635,24 +663,24 @@ def test_two_models_of_different_sizes_on_one_screen(
     both = start(ServerOptions(checkpoints=(str(line), str(wide), str(checkpoint)), port=0))
     try:
         browser, session = open_browser(of=both)
-        assert shown(both, session.state) == ["bow", "bow", "bow"]
+        assert shown(now(session)) == ["bow", "bow", "bow"]
         assert {"/robot-0", "/robot-1", "/robot-2"} <= set(browser.nodes)
         for name in ("wide", "tiny", "line"):
             before = browser.widget("μ 1")
             browser.set("Model", name)
-            until(session, lambda state, name=name: both.facts[state.active].name == name)
+            until(session, lambda picture, name=name: picture.model.name == name)
             # Another model has sliders of its own.
             browser.wait_for(lambda before=before: browser.widget("μ 1") is not before)
             browser.set("Motion", "wave")
-            until(session, lambda state: shown(both, state) == ["wave"] * 3 and complete(state))
-            steps = len(session.state.undo)
+            until(session, lambda picture: shown(picture) == ["wave"] * 3 and complete(picture))
+            taken = steps(session)
             browser.drag("/boards/map", (0.0, -1.0, 1.1), (0.0, -0.9, 1.1))
             browser.drag("/boards/landscape", (0.0, -1.0, 0.4), (0.0, -0.9, 0.4))
             # One hand: it takes a slider when it has let go of the board.
-            until(session, lambda state, steps=steps: len(state.undo) == steps + 2)
+            until(session, lambda _, taken=taken: steps(session) == taken + 2)
             browser.set("μ 1", 0.5)
-            until(session, lambda state: state.current.latent.mu[0] == 0.5 and complete(state))
+            until(session, lambda picture: mu(picture)[0] == 0.5 and complete(picture))
             browser.set("Motion", "bow")
-            until(session, lambda state: shown(both, state) == ["bow"] * 3 and complete(state))
+            until(session, lambda picture: shown(picture) == ["bow"] * 3 and complete(picture))
     finally:
         both.stop()
