@@ -148,7 +148,7 @@ def test_the_targets_colours_are_shown_while_it_is_compared_with() -> None:
     ids=lambda broken: next(iter(broken)),
 )
 def test_a_target_is_a_motion(broken: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="motion|eye colours"):
+    with pytest.raises(ValueError, match=r"motion|eye colours"):
         Target(**{"name": "x", "joints": tuple("abcde"), "fps": 20.0,  # type: ignore[arg-type]
                   "positions": TARGET.positions, **broken})  # fmt: skip
 
