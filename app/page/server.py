@@ -86,7 +86,7 @@ class App:
         self.facts = describe_models(models, options)
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
-        self._opening = opening(self.facts, models[0], options)
+        self.opening = opening(self.facts, models[0], options)
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
@@ -127,7 +127,7 @@ class App:
                     self.facts,
                     self._engine,
                     self.robot,
-                    self._opening,
+                    self.opening,
                     partial(self._disconnected, client),
                 )
         if full:
