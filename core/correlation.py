@@ -13,7 +13,7 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from .batching import chunks
+from .batching import batch_size
 from .errors import Cancelled, InputError
 from .model import RNNPB
 from .windows import Landscape, plane, unit_directions
@@ -58,9 +58,18 @@ def landscape(
     cancelled: Callable[[], bool] | None = None,
 ) -> Landscape:
     """The complete landscape around `center`; see `landscape_stages`."""
-    cells = _Cells(model, target, center, directions, axes, radius, grid, origin)
-    cells.compute(np.ones(cells.shape, dtype=bool), cancelled)
-    return cells.landscape()
+    cells = LandscapeCells(
+        model,
+        target,
+        center,
+        directions=directions,
+        axes=axes,
+        radius=radius,
+        grid=grid,
+        origin=origin,
+    )
+    _compute(cells, np.sort(np.concatenate([cells.coarse, cells.rest])), cancelled)
+    return cells.landscape(complete=True)
 
 
 def landscape_stages(
@@ -89,33 +98,58 @@ def landscape_stages(
         InputError: a target of another number of joints, no such axes, fewer than two cells.
         Cancelled: `cancelled` said so.
     """
-    cells = _Cells(model, target, center, directions, axes, radius, grid, origin)
-    rows, columns = (_coarse(size) for size in cells.shape)
-    coarse = np.zeros(cells.shape, dtype=bool)
-    coarse[np.ix_(rows, columns)] = True
-    cells.compute(coarse, cancelled)
-    if not coarse.all():
-        yield cells.landscape(nearest=(rows, columns))
-        cells.compute(~coarse, cancelled)
-    yield cells.landscape()
+    cells = LandscapeCells(
+        model,
+        target,
+        center,
+        directions=directions,
+        axes=axes,
+        radius=radius,
+        grid=grid,
+        origin=origin,
+    )
+    _compute(cells, cells.coarse, cancelled)
+    if cells.rest.size:
+        yield cells.landscape(complete=False)
+        _compute(cells, cells.rest, cancelled)
+    yield cells.landscape(complete=True)
 
 
-class _Cells:
-    """The grid of a landscape while it is being computed."""
+def _compute(
+    cells: LandscapeCells, which: NDArray[np.intp], cancelled: Callable[[], bool] | None
+) -> None:
+    """Compute cells in chunks as large as are quick; `cancelled` is asked before each."""
+    size = batch_size(cells.frames)
+    for chunk in np.split(which, range(size, len(which), size)):
+        if cancelled is not None and cancelled():
+            raise Cancelled
+        for _ in cells.compute(chunk):
+            pass
+
+
+class LandscapeCells:
+    """The cells of a landscape while they are computed: in any order, by any number of threads.
+
+    Arguments and errors as those of `landscape_stages`.
+
+    frames: T, the length of every motion.
+    coarse, rest: the cells of the two stages, as indices of the flattened grid.
+    """
 
     def __init__(
         self,
         model: RNNPB,
         target: ArrayLike,
         center: ArrayLike,
-        directions: ArrayLike | None,
-        axes: tuple[int, ...],
-        radius: float,
-        grid: int,
-        origin: ArrayLike,
+        *,
+        directions: ArrayLike | None = None,
+        axes: tuple[int, ...] = (0, 1),
+        radius: float = 1.0,
+        grid: int = 20,
+        origin: ArrayLike = 0.0,
     ) -> None:
         self._model = model
-        self._target = torch.as_tensor(np.asarray(target, dtype=np.float32)).to(model.mu.device)
+        self._target = torch.as_tensor(np.array(target, dtype=np.float32)).to(model.mu.device)
         if self._target.ndim != 2 or self._target.shape[1] != model.config.num_joints:
             raise InputError(
                 f"the target has shape {tuple(self._target.shape)}, "
@@ -125,34 +159,44 @@ class _Cells:
             raise InputError(f"a landscape has at least 2 cells along an axis, got {grid}")
         if directions is None:
             directions = unit_directions(model.config.pb_dim, axes)
-        self._pbs, self._x, self._y = plane(center, directions, radius, grid, origin=origin)
-        self.shape = self._pbs.shape[:2]
-        self._correlation = np.zeros(self.shape, dtype=np.float32)
+        pbs, self._x, self._y = plane(center, directions, radius, grid, origin=origin)
+        self._pbs = torch.as_tensor(pbs.reshape(-1, pbs.shape[-1])).to(model.mu)  # (cells, D)
+        self._shape = pbs.shape[:2]
+        self._correlation = np.zeros(self._shape, dtype=np.float32)
+        self._rows, self._columns = (_coarse(size) for size in self._shape)
+        cells = np.arange(len(self._pbs)).reshape(self._shape)
+        self.frames = len(self._target)
+        self.coarse = cells[np.ix_(self._rows, self._columns)].ravel()
+        self.rest = np.setdiff1d(cells, self.coarse)
 
     @torch.inference_mode()
-    def compute(self, mask: NDArray[np.bool_], cancelled: Callable[[], bool] | None) -> None:
-        """Fill in the cells of `mask`, all motions of a chunk in one batch."""
-        frames, mu = len(self._target), self._model.mu
-        pbs = torch.as_tensor(self._pbs[mask]).to(mu)  # (B, D)
-        correlations = []
-        for chunk in chunks(pbs, frames):
-            if cancelled is not None and cancelled():
-                raise Cancelled
-            correlations.append(pearson(self._model.generate(chunk, frames), self._target))
-        self._correlation[mask] = torch.cat(correlations).cpu().numpy()
+    def compute(self, cells: NDArray[np.intp], at_once: int | None = None) -> Iterator[None]:
+        """Fill in some cells, all their motions in one batch.
 
-    def landscape(
-        self, nearest: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
-    ) -> Landscape:
-        """As it stands; with `nearest` (rows, columns) every cell shows the closest of those."""
+        Yields after each part of at most `at_once` frames; does not where all is one part.
+        """
+        pbs = self._pbs[cells]
+        if at_once is None or at_once >= self.frames:
+            motions = self._model.generate(pbs, self.frames)
+        else:
+            parts: list[Tensor] = []
+            for part in self._model.generate_in_parts(pbs, self.frames, at_once):
+                parts.append(part)
+                yield
+            motions = torch.cat(parts, dim=1)
+        correlation = pearson(motions, self._target)
+        self._correlation.flat[cells] = correlation.cpu().numpy()
+
+    def landscape(self, *, complete: bool) -> Landscape:
+        """As it stands; unless complete, every cell shows the closest one of the coarse stage."""
         values = self._correlation.copy()
-        if nearest is not None:
+        if not complete:
             rows, columns = (
                 computed[np.abs(np.arange(size)[:, None] - computed).argmin(axis=1)]
-                for size, computed in zip(self.shape, nearest, strict=True)
+                for size, computed in zip(self._shape, (self._rows, self._columns), strict=True)
             )
             values = values[np.ix_(rows, columns)]
-        return Landscape(values, self._x, self._y, complete=nearest is None)
+        return Landscape(values, self._x, self._y, complete=complete)
 
 
 def _coarse(size: int) -> NDArray[np.intp]:

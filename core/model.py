@@ -7,6 +7,7 @@ J joints, D = D_PB, H hidden units, N training motions.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -114,34 +115,41 @@ class RNNPB(nn.Module):
         Returns:
             (B, T, J) joint values, radians (openings from 0 to 1 for Pepper's hands).
         """
+        (whole,) = self.generate_in_parts(pb, steps, steps)
+        return whole
+
+    def generate_in_parts(self, pb: Tensor, steps: int, at_once: int) -> Iterator[Tensor]:
+        """The same as parts (B, t, J) of at most `at_once` frames, one after the other."""
         hidden = self.config.hidden_size
         gates = pb @ self.weight_pb.T + self.bias  # (B, 4H); x_0 = h_0 = 0
         i, _, g, o = gates.split(hidden, dim=-1)
         c = torch.sigmoid(i) * torch.tanh(g)  # c_0 = 0: nothing to forget
         h = torch.sigmoid(o) * torch.tanh(c)  # (B, H)
-        outputs = h[None]  # (1, B, H)
-        if steps > 1:
-            folded = (
-                self.weight_pb,
-                self.weight_hidden + self.weight_frame @ self.weight_out,
-                self.bias + self.weight_frame @ self.bias_out,
-                torch.zeros_like(self.bias),
-            )
-            inputs = pb.expand(steps - 1, -1, -1).contiguous()  # (T - 1, B, D)
-            # What nn.LSTM calls, without a module: several threads may generate at once.
-            rest, _, _ = torch.lstm(
-                inputs,
-                (h[None], c[None]),
-                folded,
-                has_biases=True,
-                num_layers=1,
-                dropout=0.0,
-                train=torch.is_grad_enabled(),
-                bidirectional=False,
-                batch_first=False,
-            )
-            outputs = torch.cat([outputs, rest])  # (T, B, H)
-        return (outputs @ self.weight_out.T + self.bias_out).transpose(0, 1)  # (B, T, J)
+        outputs, state = h[None], (h[None], c[None])  # (1, B, H)
+        folded = (
+            self.weight_pb,
+            self.weight_hidden + self.weight_frame @ self.weight_out,
+            self.bias + self.weight_frame @ self.bias_out,
+            torch.zeros_like(self.bias),
+        )
+        for first in range(0, steps, at_once):
+            count = min(at_once, steps - first) - (first == 0)
+            if count:
+                # What nn.LSTM calls, without a module: several threads may generate at once.
+                rest, h_n, c_n = torch.lstm(
+                    pb.expand(count, -1, -1).contiguous(),  # (t, B, D)
+                    state,
+                    folded,
+                    has_biases=True,
+                    num_layers=1,
+                    dropout=0.0,
+                    train=torch.is_grad_enabled(),
+                    bidirectional=False,
+                    batch_first=False,
+                )
+                state = (h_n, c_n)
+                outputs = rest if first else torch.cat([outputs, rest])  # (t, B, H)
+            yield (outputs @ self.weight_out.T + self.bias_out).transpose(0, 1)  # (B, t, J)
 
     def generate_stepwise(self, pb: Tensor, steps: int) -> Tensor:
         """What `generate` does as eqs. 6 to 8 say it, one frame after the other; slow.

@@ -56,7 +56,7 @@ def record(model: RNNPB, dataset: Dataset, training: TrainingConfig, **facts: st
     motions = dataset.motions
     mean, sd = reconstruction(model, motions, METRIC_SAMPLES, seed=0)
     at_mean = reconstruction_at_mean(model, motions)
-    model.info.training = asdict(training) | {
+    model.info.training |= asdict(training) | {
         "dataset": dataset.attribution or f"{len(motions)} motions",
         "data_sha256": dataset.sha256,
         **facts,

@@ -28,7 +28,7 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from .batching import chunks
+from .batching import batch_size, chunks
 from .errors import Cancelled, InputError
 from .model import RNNPB
 from .recognition_run import Array, RecognitionConfig, RecognitionStep
@@ -55,12 +55,39 @@ def recognize(
         Cancelled: `cancelled` said so.
     """
     config = config or RecognitionConfig()
-    motion = check_target(model, target, config.observed)
-    return _iterate(model, motion, config, cancelled or _never)
+    pieces = recognition_pieces(model, target, config)
+    return _steps(pieces, cancelled or _never)
 
 
 def _never() -> bool:
     return False
+
+
+def _steps(
+    pieces: Iterator[RecognitionStep | None], cancelled: Callable[[], bool]
+) -> Iterator[RecognitionStep]:
+    while not cancelled():
+        try:
+            piece = next(pieces)
+        except StopIteration:
+            return
+        if piece is not None:
+            yield piece
+    raise Cancelled
+
+
+def recognition_pieces(
+    model: RNNPB, target: ArrayLike, config: RecognitionConfig, *, at_once: int | None = None
+) -> Iterator[RecognitionStep | None]:
+    """`recognize`, cut finer: each part of the warm start's search is a step, too, a None.
+
+    Args:
+        at_once: motions that the search generates in one batch; by default as many as are quick.
+
+    Raises:
+        InputError: see `recognize`.
+    """
+    return _pieces(model, check_target(model, target, config.observed), config, at_once)
 
 
 def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
@@ -69,7 +96,7 @@ def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
     Raises:
         InputError: see `recognize`.
     """
-    motion = torch.as_tensor(np.asarray(target, dtype=np.float32)).to(model.mu)
+    motion = torch.as_tensor(np.array(target, dtype=np.float32)).to(model.mu)
     if motion.ndim != 2 or motion.shape[1] != model.config.num_joints:
         raise InputError(
             f"the target has shape {tuple(motion.shape)}, "
@@ -82,19 +109,27 @@ def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
     return motion
 
 
-def _iterate(
-    model: RNNPB, target: Tensor, config: RecognitionConfig, cancelled: Callable[[], bool]
-) -> Iterator[RecognitionStep]:
+def _pieces(
+    model: RNNPB, target: Tensor, config: RecognitionConfig, at_once: int | None
+) -> Iterator[RecognitionStep | None]:
     observed = int(config.observed * len(target))
-    # (K, D), (iterations, K, D)
-    starts, noise = _draw(model, target[:observed], config, cancelled)
+    trials = range(config.first_trial, config.first_trial + config.trials)
+    streams = [np.random.default_rng([config.seed, trial]) for trial in trials]
+    candidates = _candidates(model, config, streams)  # (1 or K, n, D)
+    distances: list[Tensor] = []
+    if candidates.shape[1] > 1:
+        pbs = candidates.flatten(0, 1)
+        for chunk in pbs.split(at_once or batch_size(observed)):
+            distances.append(observed_losses(model, chunk, target[:observed]))
+            yield None
+    starts = _closest(candidates, distances).repeat(config.trials // len(candidates), 1)  # (K, D)
+    draws = [stream.standard_normal((config.iterations, starts.shape[1])) for stream in streams]
+    noise = torch.as_tensor(np.stack(draws, axis=1)).to(starts)  # (iterations, K, D)
     pb_dim = starts.shape[1]
     belief = torch.cat([starts, torch.zeros_like(starts)], dim=1)  # (K, 2 D): mu, log sigma^2
     adam = _TrialAdam(belief, config.learning_rate)
     best = torch.full_like(starts[:, 0], config.threshold)  # (K,)
     for iteration in range(config.iterations):
-        if cancelled():
-            raise Cancelled
         mu, sigma = _mu_sigma(model, belief)
         pb = mu + sigma * noise[iteration]  # eq. 1
         output, losses, gradient = _compare(model, pb, target, observed)
@@ -157,44 +192,32 @@ class _TrialAdam:
         return torch.where(rows[:, None], moved, parameters)
 
 
-@torch.no_grad()
-def _draw(
-    model: RNNPB, observation: Tensor, config: RecognitionConfig, cancelled: Callable[[], bool]
-) -> tuple[Tensor, Tensor]:
-    """Where mu starts, (K, D), and the noise of every iteration, (iterations, K, D)."""
-    pb_dim = model.config.pb_dim
-    trials = range(config.first_trial, config.first_trial + config.trials)
-    streams = [np.random.default_rng([config.seed, trial]) for trial in trials]
-    if config.init == "random":
-        draws = [RANDOM_SPREAD * s.standard_normal((config.candidates, pb_dim)) for s in streams]
-        candidates = torch.as_tensor(np.stack(draws)).to(model.mu)  # (K, n, D)
-        losses = observed_losses(model, candidates.flatten(0, 1), observation, cancelled)
-        closest = losses.view(config.trials, -1).argmin(dim=1)
-        starts = candidates[torch.arange(config.trials), closest]
-    else:
-        start = torch.zeros_like(model.mu[0])
-        if config.init == "learned":
-            losses = observed_losses(model, model.mu, observation, cancelled)
-            start = model.mu[losses.argmin()]
-        starts = start.repeat(config.trials, 1)
-    noise = [stream.standard_normal((config.iterations, pb_dim)) for stream in streams]
-    return starts, torch.as_tensor(np.stack(noise, axis=1)).to(model.mu)
-
-
-@torch.no_grad()
-def observed_losses(
-    model: RNNPB, pbs: Tensor, observation: Tensor, cancelled: Callable[[], bool] = _never
+def _candidates(
+    model: RNNPB, config: RecognitionConfig, streams: list[np.random.Generator]
 ) -> Tensor:
-    """(B,) squared error of the motions of PBs (B, D) against an observation (T, J), as a mean.
+    """Where mu may start, (1, n, D), or (K, n, D) where every trial draws its own."""
+    if config.init == "random":
+        shape = (config.candidates, model.config.pb_dim)
+        draws = [RANDOM_SPREAD * stream.standard_normal(shape) for stream in streams]
+        return torch.as_tensor(np.stack(draws)).to(model.mu)
+    mu = model.mu.detach()
+    return mu[None] if config.init == "learned" else torch.zeros_like(mu[None, :1])
 
-    Raises:
-        Cancelled: `cancelled`, asked between chunks of work, said so.
-    """
+
+def _closest(candidates: Tensor, distances: list[Tensor]) -> Tensor:
+    """(K, D): of each row of candidates (K, n, D) the one at the smallest distance."""
+    if not distances:
+        return candidates[:, 0]
+    best = torch.cat(distances).view(candidates.shape[:2]).argmin(dim=1)
+    return candidates[torch.arange(len(candidates)), best]
+
+
+@torch.no_grad()
+def observed_losses(model: RNNPB, pbs: Tensor, observation: Tensor) -> Tensor:
+    """(B,) squared error of the motions of PBs (B, D) against an observation (T, J), as a mean."""
     frames = len(observation)
     losses = []
     for chunk in chunks(pbs, frames):
-        if cancelled():
-            raise Cancelled
         losses.append((model.generate(chunk, frames) - observation).square().mean(dim=(1, 2)))
     return torch.cat(losses)
 

@@ -6,29 +6,42 @@ learned mu whose motions are closest to the observation, all in one batch, mu go
 loss as in the published procedure (eq. 10), without sampling.
 
 J^T J also says how sharply the observation determines the PB. With independent Gaussian errors of
-the variance that is left, and the prior N(0, I) of training, the belief is Gaussian with precision
-J^T J / variance + I; its marginal deviations are the sigma of a step. (Errors of neighbouring
-frames are not independent, so it is a sharp belief; as in eq. 10 the prior does not move mu.)
+the variance that is left, the belief is Gaussian with precision J^T J / variance, and + I where the
+model was trained with the prior N(0, I), that is with a KL term (eqs. 3 and 5, beta > 0). With
+beta = 0 and in a deterministic model nothing held the PBs anywhere: what the observation leaves
+open stays open, and its deviation is infinite. The marginal deviations are the sigma of a step.
+(Errors of neighbouring frames are not independent, so it is a sharp belief; as in eq. 10 the prior
+does not move mu.)
+
+The tangents of all frames would take 1.5 GB at D_PB = 128 with 600 frames. Only their sums J^T J
+and J^T r are kept, part by part: beside the result the work takes some 150 MB at most, whatever the
+number of frames and of starts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from .errors import InputError
+from .batching import chunks
+from .errors import Cancelled, InputError
 from .model import RNNPB
 from .recognition import check_target, observed_losses, to_numpy
 from .recognition_run import RecognitionStep
 
-DAMPING = 0.1  # at the start, in units of the mean diagonal of J^T J
+DAMPING = 0.1  # of the first step, in units of the mean diagonal of J^T J
 DAMPING_DOWN, DAMPING_UP = 0.2, 5.0  # after a step that lowered the loss, and one that did not
 MAX_DAMPING = 1e4  # steps are too short to matter there
 MIN_VARIANCE = 1e-8  # (0.1 mrad)^2: no error of a joint is smaller, whatever the loss says
+ROW_BYTES = 2**23  # of one frame's gates, of the motions whose Jacobians are made at once
+PART_BYTES = 2**25  # of their hidden tangents, kept until they are read out
+BLIND = (
+    torch.finfo(torch.float32).eps ** 2
+)  # share of J^T J that a float32 Jacobian cannot tell from 0
 
 
 @dataclass(frozen=True)
@@ -52,7 +65,11 @@ class LMConfig:
 
 
 def recognize_lm(
-    model: RNNPB, target: ArrayLike, config: LMConfig | None = None
+    model: RNNPB,
+    target: ArrayLike,
+    config: LMConfig | None = None,
+    *,
+    cancelled: Callable[[], bool] | None = None,
 ) -> Iterator[RecognitionStep]:
     """Recognise a motion, one iteration at a time, until the best trial is at its minimum.
 
@@ -61,28 +78,38 @@ def recognize_lm(
 
     Args:
         target: (T, J), of which the first int(observed * T) frames are observed.
+        cancelled: asked before each iteration, and between the parts of its work.
 
     Raises:
         InputError: a target of another number of joints, too short, or not finite.
+        Cancelled: `cancelled` said so.
     """
     config = config or LMConfig()
-    return _iterate(model, check_target(model, target, config.observed), config)
+    motion = check_target(model, target, config.observed)
+    return _iterate(model, motion, config, cancelled or (lambda: False))
 
 
-def _iterate(model: RNNPB, target: Tensor, config: LMConfig) -> Iterator[RecognitionStep]:
+def _iterate(
+    model: RNNPB, target: Tensor, config: LMConfig, cancelled: Callable[[], bool]
+) -> Iterator[RecognitionStep]:
     observed = int(config.observed * len(target))
-    distances = observed_losses(model, model.mu, target[:observed])
-    descent = _Descent(model.mu.detach()[distances.argsort()[: config.starts]])
+    distances = []
+    for chunk in chunks(model.mu.detach(), observed):
+        _stop_if(cancelled)
+        distances.append(observed_losses(model, chunk, target[:observed]))
+    starts = model.mu.detach()[torch.cat(distances).argsort()[: config.starts]]
+    descent = _Descent(starts, prior=model.stochastic and bool(model.config.beta))
     for iteration in range(config.iterations):
         with torch.no_grad():
             mu, sigma, pb = descent.mu, descent.sigma(), descent.pb
-            output = model.generate(pb, len(target))
+            output = _generate(model, pb, len(target), cancelled)
             difference = output - target  # (K, T, J)
             loss = difference[:, :observed].square().mean(dim=(1, 2))
             better = descent.judge(loss, config.tolerance)
             if better.any():
-                jacobian = pb_jacobian(model, pb[better], observed)
-                descent.linearise(better, jacobian, difference[better, :observed])
+                residual = difference[better, :observed]
+                sums = _normal_equations(model, pb[better], residual, cancelled)
+                descent.linearise(better, *sums)
             descent.propose()
         yield RecognitionStep(
             iteration=iteration,
@@ -100,11 +127,26 @@ def _iterate(model: RNNPB, target: Tensor, config: LMConfig) -> Iterator[Recogni
             return
 
 
+def _generate(model: RNNPB, pb: Tensor, steps: int, cancelled: Callable[[], bool]) -> Tensor:
+    """(B, steps, J): `RNNPB.generate` in parts; `cancelled` is asked before each."""
+    parts = []
+    for part in chunks(pb, steps):
+        _stop_if(cancelled)
+        parts.append(model.generate(part, steps))
+    return torch.cat(parts)
+
+
+def _stop_if(cancelled: Callable[[], bool]) -> None:
+    if cancelled():
+        raise Cancelled
+
+
 class _Descent:
     """Where K trials are, and what is known of the loss around there."""
 
-    def __init__(self, starts: Tensor) -> None:
+    def __init__(self, starts: Tensor, prior: bool) -> None:
         trials, dimensions = starts.shape
+        self._prior = 1.0 if prior else 0.0  # its precision
         self.pb = starts  # (K, D) to be tried next
         self.mu = starts  # (K, D) the best so far
         self.loss = starts.new_full((trials,), torch.inf)  # there
@@ -117,18 +159,18 @@ class _Descent:
     def judge(self, loss: Tensor, tolerance: float) -> Tensor:
         """(K,) whether what was tried is better; if so mu goes there."""
         better = loss < self.loss
-        self._damping = self._damping * torch.where(better, DAMPING_DOWN, DAMPING_UP)
+        factor = torch.where(better, DAMPING_DOWN, DAMPING_UP)
+        tried = self.loss.isfinite()  # a step, not only the start
+        self._damping = torch.where(tried, self._damping * factor, self._damping)
         self.done |= better & (self.loss - loss < tolerance * self.loss)
         self.done |= self._damping > MAX_DAMPING
         self.loss = torch.where(better, loss, self.loss)
         self.mu = torch.where(better[:, None], self.pb, self.mu)
         return better
 
-    def linearise(self, rows: Tensor, jacobian: Tensor, residual: Tensor) -> None:
-        """Take the Jacobian (k, T, J, D) and the residual (k, T, J) at mu of the chosen rows."""
-        flat = jacobian.flatten(1, 2).double()  # (k, T J, D)
-        self._normal[rows] = flat.mT @ flat
-        self._slope[rows] = (flat.mT @ residual.flatten(1).double()[..., None]).squeeze(-1)
+    def linearise(self, rows: Tensor, normal: Tensor, slope: Tensor) -> None:
+        """Take J^T J (k, D, D) and J^T residual (k, D) at mu of the chosen rows."""
+        self._normal[rows], self._slope[rows] = normal, slope
 
     def propose(self) -> None:
         """Set what to try next: the damped Gauss-Newton step from mu; nothing new when done."""
@@ -140,16 +182,52 @@ class _Descent:
         self.pb = torch.where(self.done[:, None], self.mu, self.mu + step)
 
     def sigma(self) -> Tensor:
-        """(K, D) marginal deviations of the belief; 1, the prior's, before anything is known."""
-        variance = self.loss.double().clamp(min=MIN_VARIANCE)[:, None, None]
-        precision = self._normal / variance + torch.eye(self.mu.shape[1]).to(self._normal)
-        covariance: Tensor = torch.linalg.inv(precision)
-        return covariance.diagonal(dim1=1, dim2=2).sqrt().to(self.mu)
+        """(K, D) marginal deviations of the belief; before anything is known, those of the prior.
+
+        Infinite in every component that neither the observation nor a prior determines.
+        """
+        variance = self.loss.double().clamp(min=MIN_VARIANCE)[:, None]
+        values, vectors = torch.linalg.eigh(self._normal)  # (K, D), (K, D, D)
+        seen = torch.where(values > BLIND * values[:, -1:], values, 0.0)
+        spread = 1 / (seen / variance + self._prior)  # (K, D) along the eigenvectors
+        shares = vectors.square()  # of a component in an eigenvector
+        rounding = spread.isinf()[:, None] & (shares < torch.finfo(torch.float32).eps)
+        parts = torch.where(rounding, 0.0, shares * spread[:, None])
+        return parts.sum(dim=2).sqrt().to(self.mu)
+
+
+def _normal_equations(
+    model: RNNPB, pb: Tensor, residual: Tensor, cancelled: Callable[[], bool]
+) -> tuple[Tensor, Tensor]:
+    """J^T J (B, D, D) and J^T residual (B, D) for PBs (B, D) and residuals (B, T, J).
+
+    In float64: squaring costs half of the digits.
+    """
+    dimensions = pb.shape[1]
+    normal = pb.new_zeros((*pb.shape, dimensions), dtype=torch.float64)
+    slope = torch.zeros_like(pb, dtype=torch.float64)
+    at_once = max(1, ROW_BYTES // ((1 + dimensions) * model.bias.nbytes))
+    for rows in torch.arange(len(pb)).split(at_once):
+        first = 0
+        for jacobian in _jacobian_parts(model, pb[rows], residual.shape[1]):
+            _stop_if(cancelled)
+            frames = jacobian.shape[1]
+            flat = jacobian.flatten(1, 2).double()  # (b, t J, D)
+            part = residual[rows, first : first + frames].flatten(1).double()
+            normal[rows] += flat.mT @ flat
+            slope[rows] += (flat.mT @ part[..., None]).squeeze(-1)
+            first += frames
+    return normal, slope
 
 
 @torch.no_grad()
 def pb_jacobian(model: RNNPB, pb: Tensor, steps: int) -> Tensor:
-    """Derivatives of the motions of PBs (B, D) with respect to them: (B, steps, J, D).
+    """Derivatives of the motions of PBs (B, D) with respect to them: (B, steps, J, D)."""
+    return torch.cat(list(_jacobian_parts(model, pb, steps)), dim=1)
+
+
+def _jacobian_parts(model: RNNPB, pb: Tensor, steps: int) -> Iterator[Tensor]:
+    """The same as parts (B, t, J, D), one after the other.
 
     Forward mode: row 0 of the second axis is the folded recurrence itself (see RNNPB.generate),
     rows 1 to D are its derivatives in each component of the PB. One product with the weights
@@ -163,8 +241,8 @@ def pb_jacobian(model: RNNPB, pb: Tensor, steps: int) -> Tensor:
     c = first.new_zeros(())
     dc = first.new_zeros(())
     gates = first  # (B, 1 + D, 4H); x_0 = h_0 = 0
-    hidden = []
-    for _ in range(steps):
+    hidden: list[Tensor] = []
+    for step in range(1, steps + 1):
         i, f, g, o = gates[:, :1].chunk(4, dim=2)  # (B, 1, H)
         i, f, g, o = i.sigmoid(), f.sigmoid(), g.tanh(), o.sigmoid()
         di, df, dg, do = gates[:, 1:].chunk(4, dim=2)  # (B, D, H), before the nonlinearities
@@ -174,5 +252,6 @@ def pb_jacobian(model: RNNPB, pb: Tensor, steps: int) -> Tensor:
         dh = (o * (1 - o) * squashed) * do + (o * (1 - squashed * squashed)) * dc
         hidden.append(dh)
         gates = constant + torch.cat([o * squashed, dh], dim=1) @ folded
-    tangent_frames: Tensor = torch.stack(hidden, dim=1) @ model.weight_out.T  # (B, T, D, J)
-    return tangent_frames.mT
+        if step == steps or len(hidden) * dh.nbytes >= PART_BYTES:
+            yield (torch.stack(hidden, dim=1) @ model.weight_out.T).mT  # (B, t, J, D)
+            hidden = []

@@ -27,7 +27,7 @@ def window_radius(mu: ArrayLike, window: Window) -> float:
     return WINDOW_RADIUS[window] * (spread(mu) if window == "sd" else 1.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Landscape:
     """correlation: (grid, grid) in -1..1, row = second axis, column = first axis, both ascending.
 

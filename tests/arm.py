@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rnnpb_explorer.app.commands.screenshot import main
+from rnnpb_explorer.app.commands.main import main
 from rnnpb_explorer.app.page.server import ServerOptions
 from rnnpb_explorer.core.motion import Motion, write_motion
 

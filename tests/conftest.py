@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 import torch
+from shared_files import shared
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import MotionLabel
 from rnnpb_explorer.robot.data import load_dataset
-
-SHARED = Path(__file__).parents[2] / "shared"  # data and published checkpoints; not for shipping
 
 BROWSER_REQUIRED = os.environ.get("RNNPB_REQUIRE_BROWSER") == "1"
 browser_outcomes: Counter[str] = Counter()
@@ -41,23 +40,22 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_line(f"browser tests (required): {counts or 'none'}")
 
 
-def _shared(*parts: str) -> Path:
-    path = SHARED.joinpath(*parts)
-    if not path.exists():
-        pytest.skip(f"needs {Path(*parts)} in the folder {SHARED.name}/ beside the repository")
-    return path
-
-
 @pytest.fixture(scope="session")
 def shared_dir() -> Path:
     """The folder beside the repository with REBL-Pepper and the published checkpoints."""
-    return _shared()
+    return shared()
+
+
+@pytest.fixture(scope="session")
+def published_pepper() -> Path:
+    """The URDF file of Pepper's published description."""
+    return shared("robots", "pepper_description", "urdf", "pepper.urdf")
 
 
 @pytest.fixture(scope="session")
 def dataset() -> Dataset:
     """The 72 motions of REBL-Pepper, mirrored ones included."""
-    return load_dataset(_shared("data", "rebl-pepper", "data_raw.csv"))
+    return load_dataset(shared("data", "rebl-pepper", "data_raw.csv"))
 
 
 @pytest.fixture(scope="session")
@@ -71,13 +69,13 @@ def strong() -> RNNPB:
 @pytest.fixture(scope="session")
 def published_strong() -> RNNPB:
     """The authors' checkpoint `strong_prior` (beta = 1e-4)."""
-    return load_checkpoint(_shared("reference", "strong_prior", "model.tar"))
+    return load_checkpoint(shared("reference", "strong_prior", "model.tar"))
 
 
 @pytest.fixture(scope="session")
 def published_zero() -> RNNPB:
     """The authors' checkpoint `zero_prior` (beta = 0)."""
-    return load_checkpoint(_shared("reference", "zero_prior", "model.tar"))
+    return load_checkpoint(shared("reference", "zero_prior", "model.tar"))
 
 
 @pytest.fixture

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
-from .command import Command, note
+from .flags import note
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--path",
-        metavar="P",
-        help="take the files from this folder (or clone of the published repository) instead of "
-        "downloading them",
-    )
+def run(*, path: Path | None = None) -> None:
+    """Print where the files are, fetched or taken, and on stderr what their licence asks for.
 
-
-def run(arguments: argparse.Namespace) -> None:
+    Args:
+        path: take the files from this folder (or clone of the published repository) instead of
+            downloading them
+    """
     from ...robot.rebl_pepper import LICENCE, fetch, take
 
-    folder = fetch() if arguments.path is None else take(Path(arguments.path))
+    folder = fetch() if path is None else take(path)
     note(LICENCE)
     print(folder)  # alone on stdout: rnnpb train --data "$(rnnpb data)" ...
-
-
-COMMAND = Command(
-    "data", "Fetch the REBL-Pepper motions into the user's cache.", add_arguments, run
-)

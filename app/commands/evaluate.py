@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from ...core.files import check_writable
-from .command import Command, add_checkpoints, add_data, add_device, add_seed, load_model, whole
+from .flags import (
+    FLAGS,
+    Checkpoints,
+    Data,
+    DeviceName,
+    Seed,
+    load_model,
+    one_of,
+    read_by,
+    several,
+    whole,
+)
 from .progress import progress_bar
 from .tables import (
     Row,
@@ -27,69 +37,51 @@ if TYPE_CHECKING:
 TASKS = ("reconstruction", "recognition", "structure")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoints(parser)
-    add_data(parser, required=True)
-    parser.add_argument(
-        "--task",
-        type=_tasks,
-        default=TASKS[:1],
-        metavar="T,..",
-        help="reconstruction (Table I), recognition (Table II), structure (scale and landscapes of "
-        "the latent space), or several of them; default: reconstruction",
-    )
-    parser.add_argument(
-        "--samples",
-        type=whole(1, 10_000),
-        default=100,
-        help="reconstruction: PBs a motion; default: 100",
-    )
-    parser.add_argument(
-        "--draws",
-        type=whole(1, 1_000),
-        default=1,
-        help="recognition: sets of ten novel patterns, by seed, seed + 1, ..; default: 1",
-    )
-    parser.add_argument(
-        "--trials", type=whole(1, 1_000), default=10, help="recognition: of a pattern; default: 10"
-    )
-    parser.add_argument(
-        "--iterations", type=whole(1, 100_000), default=100, help="recognition; default: 100"
-    )
-    parser.add_argument(
-        "--lm",
-        action="store_true",
-        help="recognition: Levenberg-Marquardt, too, from as many learned mu as there are trials",
-    )
-    add_seed(parser)
-    add_device(parser)
-    parser.add_argument("--json", metavar="F", help="write the tables to F, too")
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Flags:
+    """What to measure, and how.
+
+    Args:
+        task: reconstruction (Table I), recognition (Table II), structure (scale and landscapes of
+            the latent space), or several of them
+        samples: reconstruction: PBs a motion
+        draws: recognition: sets of ten novel patterns, by seed, seed + 1, ..
+        trials: recognition: of a pattern
+        iterations: recognition: of a trial
+        lm: recognition: Levenberg-Marquardt, too, from as many learned mu as there are trials
+        json: write the tables to this file, too
+    """
+
+    ckpt: Checkpoints
+    data: Data
+    task: Annotated[tuple[str, ...], read_by(several(one_of("task", TASKS)), "T,..")] = TASKS[:1]
+    samples: Annotated[int, read_by(whole(1, 10_000))] = 100
+    draws: Annotated[int, read_by(whole(1, 1_000))] = 1
+    trials: Annotated[int, read_by(whole(1, 1_000))] = 10
+    iterations: Annotated[int, read_by(whole(1, 100_000))] = 100
+    lm: bool = False
+    seed: Seed = 0
+    device: DeviceName = "auto"
+    json: str | None = None
 
 
-def _tasks(text: str) -> tuple[str, ...]:
-    tasks = tuple(dict.fromkeys(text.split(",")))
-    unknown = [task for task in tasks if task not in TASKS]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"no task {unknown[0]!r}; there are: {', '.join(TASKS)}")
-    return tasks
-
-
-def run(arguments: argparse.Namespace) -> None:
-    if arguments.json is not None:
-        check_writable(arguments.json)
+def run(flags: Flags) -> None:
+    if flags.json is not None:
+        check_writable(flags.json)
 
     # Every checkpoint is read before the first is measured: a mistyped one shows at once.
-    subjects = [_subject(checkpoint, arguments) for checkpoint in arguments.ckpt]
-    measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in arguments.task}
+    subjects = [_subject(checkpoint, flags) for checkpoint in flags.ckpt]
+    measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in flags.task}
     with progress_bar("{task.fields[doing]}") as bar:
-        steps = sum(_steps(each, task, arguments) for each in subjects for task in measured)
+        steps = sum(_steps(each, task, flags) for each in subjects for task in measured)
         progress = bar.add_task("evaluating", total=steps, doing="")
         for subject in subjects:
             for task, rows in measured.items():
                 bar.update(progress, doing=f"{task} of {subject.facts['checkpoint']}")
                 rows += [
                     subject.facts | row
-                    for row in _MEASURES[task](subject, arguments, lambda: bar.advance(progress))
+                    for row in _MEASURES[task](subject, flags, lambda: bar.advance(progress))
                 ]
     if "reconstruction" in measured:
         print_table(reconstruction_table(measured["reconstruction"]))
@@ -98,8 +90,8 @@ def run(arguments: argparse.Namespace) -> None:
             print_table(table)
     if "structure" in measured:
         print_table(structure_table(measured["structure"]))
-    if arguments.json is not None:
-        write_json(arguments.json, measured)
+    if flags.json is not None:
+        write_json(flags.json, measured)
 
 
 @dataclass(frozen=True)
@@ -112,15 +104,15 @@ class _Subject:
     facts: Row
 
 
-def _subject(checkpoint: str, arguments: argparse.Namespace) -> _Subject:
+def _subject(checkpoint: str, flags: Flags) -> _Subject:
     from ...core.device import choose_device
     from ...core.paper.novel_patterns import novel_patterns
 
-    model, dataset = load_model(checkpoint, arguments.data)
+    model, dataset = load_model(checkpoint, flags.data)
     motions = dataset.motions if dataset else ()
     patterns: list[Motion] = []
-    if "recognition" in arguments.task:
-        for draw in _draws(arguments):
+    if "recognition" in flags.task:
+        for draw in _draws(flags):
             patterns += novel_patterns(motions, draw)
     facts = {
         "checkpoint": checkpoint,
@@ -128,57 +120,53 @@ def _subject(checkpoint: str, arguments: argparse.Namespace) -> _Subject:
         "beta": model.config.beta,
         "pb_dim": model.config.pb_dim,
     }
-    return _Subject(model.to(choose_device(arguments.device)), motions, patterns, facts)
+    return _Subject(model.to(choose_device(flags.device)), motions, patterns, facts)
 
 
-def _draws(arguments: argparse.Namespace) -> range:
+def _draws(flags: Flags) -> range:
     """The seeds of the sets of novel patterns."""
-    return range(arguments.seed, arguments.seed + arguments.draws)
+    return range(flags.seed, flags.seed + flags.draws)
 
 
-def _steps(subject: _Subject, task: str, arguments: argparse.Namespace) -> int:
+def _steps(subject: _Subject, task: str, flags: Flags) -> int:
     """How often a measure says that it has come farther."""
     from ...core.paper.structure import landscape_count
 
     if task == "recognition":
-        return len(subject.patterns) * len(_procedures(arguments))
+        return len(subject.patterns) * len(_procedures(flags))
     return landscape_count(len(subject.motions)) if task == "structure" else 1
 
 
-def _procedures(arguments: argparse.Namespace) -> tuple[Procedure, ...]:
+def _procedures(flags: Flags) -> tuple[Procedure, ...]:
     """The rows of Table II."""
     from ...core.paper.recognition_table import WARM_STARTS
 
-    return (*WARM_STARTS, "lm") if arguments.lm else WARM_STARTS
+    return (*WARM_STARTS, "lm") if flags.lm else WARM_STARTS
 
 
-def _reconstruction(
-    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
-) -> list[Row]:
+def _reconstruction(subject: _Subject, flags: Flags, done: Callable[[], object]) -> list[Row]:
     """One cell of Table I."""
     from ...core.evaluation import reconstruction, reconstruction_at_mean
 
     model, motions = subject.model, subject.motions
-    mean, sd = reconstruction(model, motions, arguments.samples, seed=arguments.seed)
+    mean, sd = reconstruction(model, motions, flags.samples, seed=flags.seed)
     row = {
         "mean": mean,
         "sd": sd,
         "at_sigma_0": float(reconstruction_at_mean(model, motions).mean()),
         "motions": len(motions),
-        "samples": arguments.samples,
-        "seed": arguments.seed,
+        "samples": flags.samples,
+        "seed": flags.seed,
     }
     done()
     return [row]
 
 
-def _recognition(
-    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
-) -> list[Row]:
+def _recognition(subject: _Subject, flags: Flags, done: Callable[[], object]) -> list[Row]:
     """The cells of Table II in one column: a row for each warm start."""
     from ...core.paper.recognition_table import recognition_row
 
-    settings = {"trials": arguments.trials, "iterations": arguments.iterations}
+    settings = {"trials": flags.trials, "iterations": flags.iterations}
     return [
         asdict(
             recognition_row(
@@ -186,19 +174,17 @@ def _recognition(
                 warm_start,
                 subject.patterns,
                 **settings,
-                seed=arguments.seed,
+                seed=flags.seed,
                 recognized=done,
             )
         )
         | settings
-        | {"draws": list(_draws(arguments)), "patterns": len(subject.patterns)}
-        for warm_start in _procedures(arguments)
+        | {"draws": list(_draws(flags)), "patterns": len(subject.patterns)}
+        for warm_start in _procedures(flags)
     ]
 
 
-def _structure(
-    subject: _Subject, arguments: argparse.Namespace, done: Callable[[], object]
-) -> list[Row]:
+def _structure(subject: _Subject, flags: Flags, done: Callable[[], object]) -> list[Row]:
     """Scale, uncertainty and landscapes of the latent space."""
     from ...core.paper.structure import structure
 
@@ -210,5 +196,3 @@ _MEASURES = {
     "recognition": _recognition,
     "structure": _structure,
 }
-
-COMMAND = Command("evaluate", "Measure checkpoints as the paper does.", add_arguments, run)

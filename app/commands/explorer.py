@@ -2,84 +2,82 @@
 
 from __future__ import annotations
 
-import argparse
 import signal
 import sys
 import threading
 from collections.abc import Sequence
+from typing import Annotated
 
-from ...core.errors import InputError
-from ...core.threads import wait_without_spinning
-from .command import Parser, add_seed, whole
+from .answer import answer, make_app
+from .flags import Data, DeviceName, Robot, Seed, note, read_by, whole
+from .progress import working
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the server; 0 when it was asked to end, 2 on bad input."""
-    try:
-        arguments = _parser().parse_args(argv)
-    except InputError as error:
-        return _refuse(error)
+    app = make_app(
+        "rnnpb-explorer", "Explore the latent space of a stochastic RNNPB in the browser."
+    )
+    app.default(run)
+    return answer(app, argv)
+
+
+def run(
+    *,
+    ckpt: tuple[str, ...] = ("strong.pt",),
+    host: str = "127.0.0.1",
+    port: Annotated[int, read_by(whole(0, 65535))] = 8080,
+    token: str | None = None,
+    no_token: bool = False,
+    allow_origin: tuple[str, ...] = (),
+    allow_frame: tuple[str, ...] = (),
+    robot: Robot = "pepper",
+    data: Data | None = None,
+    device: DeviceName = "auto",
+    seed: Seed = 0,
+) -> None:
+    """Serve until a signal comes.
+
+    Args:
+        ckpt: a path, or a shipped name such as strong; twice: two models side by side
+        host: the address to serve on; by default only this machine reaches it
+        port: 0: any free one
+        token: no page without it; needed with a --host for others
+        no_token: let everybody in who reaches --host
+        allow_origin: where a proxy shows the page: https://name[:port]
+        allow_frame: a site that may embed the page: https://name[:port]
+    """
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
-    wait_without_spinning()
-    # Imported late, so that --help and a wrong flag answer at once.
-    from ..page.server import ServerOptions, start
+    with working("loading the models and the robot"):
+        from ..page.door import is_loopback
+        from ..page.server import ServerOptions, start
 
-    options = ServerOptions(
-        checkpoints=tuple(arguments.ckpt or ("strong.pt",)),
-        host=arguments.host,
-        port=arguments.port,
-        robot=arguments.robot,
-        data=arguments.data,
-        device=arguments.device,
-        seed=arguments.seed,
-    )
-    try:
-        app = start(options)
-    except InputError as error:
-        return _refuse(error)
-    if options.host not in ("127.0.0.1", "localhost", "::1"):
-        print(
-            f"rnnpb-explorer: serving on {options.host}: everybody who reaches this machine can "
-            "use the page; there is no password",
-            file=sys.stderr,
+        options = ServerOptions(
+            checkpoints=ckpt,
+            host=host,
+            port=port,
+            token=token,
+            no_token=no_token,
+            allow_origins=allow_origin,
+            allow_frames=allow_frame,
+            robot=robot,
+            data=data,
+            device=device,
+            seed=seed,
         )
-    print(f"rnnpb-explorer is ready at {app.url}", flush=True)
+        app = start(options)
+    if no_token and not is_loopback(host):
+        note(
+            f"rnnpb-explorer: serving on {host}: everybody who reaches this machine can "
+            "use the page; there is no password"
+        )
+    if app.link_for_others is not None:
+        note(f"rnnpb-explorer: others open {app.link_for_others}")
+    print(f"rnnpb-explorer is ready at {app.link}", flush=True)
     ended.wait()
     app.stop()
-    return 0
-
-
-def _refuse(error: InputError) -> int:
-    line = " ".join("".join(c if c.isprintable() else " " for c in str(error)).split())
-    print(f"rnnpb-explorer: {line}", file=sys.stderr)
-    return 2
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = Parser(
-        prog="rnnpb-explorer",
-        description="Explore the latent space of a stochastic RNNPB in the browser.",
-        allow_abbrev=False,
-    )
-    parser.add_argument(
-        "--ckpt",
-        action="append",
-        metavar="CKPT",
-        help="a path, or a shipped name such as strong; twice: two models side by side",
-    )
-    parser.add_argument("--host", default="127.0.0.1", help="default: only this machine")
-    parser.add_argument(
-        "--port", type=whole(0, 65535), default=8080, help="0: any free one (default: 8080)"
-    )
-    parser.add_argument(
-        "--robot", default="pepper", metavar="ROBOT", help="pepper, PATH.urdf or NAME_description"
-    )
-    parser.add_argument("--data", metavar="CSV", help="the training motions, as targets")
-    parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"))
-    add_seed(parser)
-    return parser
 
 
 if __name__ == "__main__":

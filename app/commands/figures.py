@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from ...core.errors import InputError
-from .command import Command, add_checkpoints, add_data, add_init, add_seed, load_model, whole
+from .flags import FLAGS, Checkpoints, Data, Seed, WarmStart, load_model, read_by, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -36,34 +35,39 @@ TRIALS = 4  # in Fig. 6
 MAX_MODELS = 8  # rows of a page
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoints(parser)
-    add_data(parser, required=True)
-    parser.add_argument(
-        "--motions",
-        metavar="NAME,..",
-        help="motions of Figs. 2 and 4; default: those of the paper, of other data the first six",
-    )
-    parser.add_argument(
-        "--pattern",
-        metavar="NAME",
-        help=f"motion of which Figs. 5 and 6 recognise a novel variant; default: {PATTERN_OF}, "
-        "of other data the first motion",
-    )
-    add_init(parser, default="baseline")
-    parser.add_argument(
-        "--iterations", type=whole(2, 100_000), default=100, help="of Figs. 5 and 6; default: 100"
-    )
-    add_seed(parser)
-    parser.add_argument("--out", required=True, metavar="DIR", help="a folder; made if missing")
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(text.split(","))
 
 
-def run(arguments: argparse.Namespace) -> None:
-    out = Path(arguments.out)
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Flags:
+    """What is drawn, and where.
+
+    Args:
+        motions: of Figs. 2 and 4; default: those of the paper, of other data the first six
+        pattern: motion of which Figs. 5 and 6 recognise a novel variant; default: the paper's, of
+            other data the first motion
+        iterations: of Figs. 5 and 6
+        out: a folder; made if missing
+    """
+
+    ckpt: Checkpoints
+    data: Data
+    motions: Annotated[tuple[str, ...] | None, read_by(_names, "NAME,..")] = None
+    pattern: str | None = None
+    init: WarmStart = "baseline"
+    iterations: Annotated[int, read_by(whole(2, 100_000))] = 100
+    seed: Seed = 0
+    out: Path
+
+
+def run(flags: Flags) -> None:
+    out = flags.out
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: it is no folder")
-    models, dataset = _load(arguments.ckpt, arguments.data)
-    plan = _Plan(models, dataset, arguments)
+    models, dataset = _load(flags.ckpt, flags.data)
+    plan = _Plan(models, dataset, flags)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -123,17 +127,15 @@ def _name(ckpt: str) -> str:
 class _Plan:
     """Which figures there are, of what; what does not fit is said before the first is drawn."""
 
-    def __init__(
-        self, models: dict[str, RNNPB], dataset: Dataset, arguments: argparse.Namespace
-    ) -> None:
+    def __init__(self, models: dict[str, RNNPB], dataset: Dataset, flags: Flags) -> None:
         self._models = models
         self._by_name = {motion.name: motion for motion in dataset.motions}
-        chosen = None if arguments.motions is None else arguments.motions.split(",")
+        chosen = flags.motions
         self._densities_of = self._motions("--motions", chosen, DENSITIES_OF)
         self._landscapes_of = self._motions("--motions", chosen, LANDSCAPES_OF)
-        pattern = None if arguments.pattern is None else [arguments.pattern]
+        pattern = None if flags.pattern is None else [flags.pattern]
         self._source = self._motions("--pattern", pattern, (PATTERN_OF,))[0]
-        self._arguments = arguments
+        self._flags = flags
         self._stochastic = {name: model for name, model in models.items() if model.stochastic}
 
     def _motions(
@@ -166,7 +168,7 @@ class _Plan:
         if self._stochastic:
             names = [motion.name for motion in self._densities_of]
             yield "figure2", lambda: densities_figure(models, names)
-        yield "figure3", lambda: components_figure(models, self._arguments.seed)
+        yield "figure3", lambda: components_figure(models, self._flags.seed)
         yield (
             "figure4_absolute",
             lambda: landscapes_figure(models, self._landscapes_of, "absolute", advance),
@@ -207,17 +209,14 @@ class _Plan:
     def _pattern(self) -> Motion:
         from ...core.paper.novel_patterns import novel_pattern
 
-        return novel_pattern(self._source, self._arguments.seed)
+        return novel_pattern(self._source, self._flags.seed)
 
     def _config(self, trials: int) -> RecognitionConfig:
         from ...core.recognition_run import RecognitionConfig
 
         return RecognitionConfig(
-            init=self._arguments.init,
-            iterations=self._arguments.iterations,
+            init=self._flags.init,
+            iterations=self._flags.iterations,
             trials=trials,
-            seed=self._arguments.seed,
+            seed=self._flags.seed,
         )
-
-
-COMMAND = Command("figures", "Draw the paper's Figs. 2 to 6.", add_arguments, run)

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.motion import MAX_FRAMES, Motion, write_motion
-from .command import (
-    Command,
-    add_checkpoint,
-    add_data,
-    add_device,
-    add_seed,
-    load_model,
-    reals,
-    whole,
-)
+from .flags import Checkpoint, Data, DeviceName, Seed, load_model, read_by, reals, whole
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -28,71 +21,78 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 10_000
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_pb_arguments(parser)
-    parser.add_argument("--samples", type=whole(1, MAX_SAMPLES), default=1, metavar="N")
-    parser.add_argument(
-        "--out",
-        required=True,
-        metavar="x.csv",
-        help="with several samples: x-0.csv, x-1.csv, ..",
-    )
-
-
-def add_pb_arguments(parser: argparse.ArgumentParser) -> None:
-    """What says which PB to generate from, and how long; for every command that makes motions."""
-    add_checkpoint(parser)
-    where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--motion", metavar="NAME", help="a learned motion, by name or index from 0")
-    where.add_argument("--mu", type=reals(), metavar="a,b,..", help="the mean of the PB")
-    parser.add_argument(
-        "--sigma",
-        type=_sigma,
-        default=(0.0,),
-        metavar="s|a,b,..|learned",
-        help="standard deviation of the PB, one for all or one a dimension; default: 0",
-    )
-    parser.add_argument(
-        "--steps",
-        type=whole(1, MAX_FRAMES),
-        metavar="T",
-        help="frames; default: as long as the learned motion, 150 where that is not known",
-    )
-    add_seed(parser)
-    add_data(parser)
-    add_device(parser)
+def _motion_or_mu(type_: object, chosen: ChosenPB) -> None:
+    if chosen.motion is None and chosen.mu is None:
+        raise ValueError("one of the arguments --motion --mu is required")
+    if chosen.motion is not None and chosen.mu is not None:
+        raise ValueError("argument --mu: not allowed with argument --motion")
 
 
 def _sigma(text: str) -> tuple[float, ...] | None:
     return None if text == "learned" else reals(minimum=0.0)(text)
 
 
-def run(arguments: argparse.Namespace) -> None:
-    paths = _paths(Path(arguments.out), arguments.samples)
+@Parameter(name="*", validator=_motion_or_mu)
+@dataclass(frozen=True, kw_only=True)
+class ChosenPB:
+    """The PB to generate from, and how long; the flags of every command that makes motions.
+
+    Args:
+        motion: a learned motion, by name or index from 0
+        mu: the mean of the PB, instead of --motion
+        sigma: standard deviation of the PB, one for all or one a dimension
+        steps: frames; default: as long as the learned motion, 150 where that is not known
+    """
+
+    ckpt: Checkpoint
+    motion: str | None = None
+    mu: Annotated[tuple[float, ...] | None, read_by(reals(), "a,b,..")] = None
+    sigma: Annotated[  # None: the learned one
+        tuple[float, ...] | None, read_by(_sigma, "s|a,b,..|learned")
+    ] = (0.0,)
+    steps: Annotated[int | None, read_by(whole(1, MAX_FRAMES))] = None
+    seed: Seed = 0
+    data: Data | None = None
+    device: DeviceName = "auto"
+
+
+def run(
+    chosen: ChosenPB,
+    *,
+    samples: Annotated[int, read_by(whole(1, MAX_SAMPLES))] = 1,
+    out: Path,
+) -> None:
+    """Write one motion or several.
+
+    Args:
+        samples: how many motions
+        out: x.csv; with several samples x-0.csv, x-1.csv, ..
+    """
+    paths = _paths(out, samples)
     for path in paths:
         check_writable(path)
-    motions = motions_of(arguments, arguments.samples)
+    motions = motions_of(chosen, samples)
     for path, motion in zip(paths, motions, strict=True):
         write_motion(motion, path)
     where = paths[0] if len(paths) == 1 else f"{paths[0]} .. {paths[-1]}"
     print(f"{len(paths)} x {len(motions[0])} frames at {motions[0].fps:g} Hz: {where}")
 
 
-def motions_of(arguments: argparse.Namespace, samples: int) -> list[Motion]:
-    """The motions that the flags of `add_pb_arguments` ask for."""
+def motions_of(chosen: ChosenPB, samples: int) -> list[Motion]:
+    """As many motions from the PB; several differ where sigma is not 0."""
     from ...core.device import choose_device
     from ...core.model import UNKNOWN_LENGTH
 
-    model, _ = load_model(arguments.ckpt, arguments.data)
-    index = None if arguments.motion is None else model.motion_index(arguments.motion)
-    mu, sigma = _latent(model, index, arguments.mu, arguments.sigma)
-    steps = arguments.steps or (UNKNOWN_LENGTH if index is None else model.length(index))
+    model, _ = load_model(chosen.ckpt, chosen.data)
+    index = None if chosen.motion is None else model.motion_index(chosen.motion)
+    mu, sigma = _latent(model, index, chosen.mu, chosen.sigma)
+    steps = chosen.steps or (UNKNOWN_LENGTH if index is None else model.length(index))
 
-    model.to(choose_device(arguments.device))
+    model.to(choose_device(chosen.device))
     name = "generated" if index is None else model.motion_name(index)
     return [
         Motion(name, model.info.joints, positions.numpy(), model.info.fps)
-        for positions in sample(model, mu, sigma, samples, steps, arguments.seed)
+        for positions in sample(model, mu, sigma, samples, steps, chosen.seed)
     ]
 
 
@@ -145,6 +145,3 @@ def _paths(out: Path, samples: int) -> list[Path]:
     if samples == 1:
         return [out]
     return [out.with_name(f"{out.stem}-{i}{out.suffix}") for i in range(samples)]
-
-
-COMMAND = Command("generate", "Generate motions from a PB.", add_arguments, run)

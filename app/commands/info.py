@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import argparse
-import json
+from json import dumps
 from typing import TYPE_CHECKING, Any
 
-from .command import Command, add_checkpoint, add_data, load_model
+from .flags import Checkpoint, Data, load_model
 
 if TYPE_CHECKING:
     from ...core.model import RNNPB
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoint(parser)
-    add_data(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+def run(*, ckpt: Checkpoint, data: Data | None = None, json: bool = False) -> None:
+    """Print what the checkpoint holds, for people or programs.
 
-
-def run(arguments: argparse.Namespace) -> None:
-    model, _ = load_model(arguments.ckpt, arguments.data)
+    Args:
+        json: print one JSON object
+    """
+    model, _ = load_model(ckpt, data)
     facts = describe(model)
-    if arguments.json:
-        print(json.dumps(facts, ensure_ascii=False, indent=2, allow_nan=False))
+    if json:
+        print(dumps(facts, ensure_ascii=False, indent=2, allow_nan=False))
         return
     shown = {name: facts[name] for name in ("pb_dim", "hidden_size", "behavior", "beta", "fps")}
     shown |= {"joints": ", ".join(facts["joints"])} | facts["metrics"] | model.info.training
@@ -50,6 +48,3 @@ def describe(model: RNNPB) -> dict[str, Any]:
         "lengths": list(model.info.lengths),
         "metrics": dict(model.info.metrics),
     }
-
-
-COMMAND = Command("info", "Show what a checkpoint holds.", add_arguments, run)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...robot.importing import read_motion
-from .command import (
-    Command,
-    add_checkpoint,
-    add_data,
-    add_device,
-    add_unit,
+from .flags import (
+    AngleUnit,
+    Checkpoint,
+    Data,
+    DeviceName,
     load_model,
     note,
+    read_by,
     real,
     whole,
 )
@@ -34,39 +33,7 @@ MAX_GRID = 200
 MAX_RADIUS = 1e3
 PCA = ()  # what `--axes pca` parses to
 SUFFIXES = (".npz", ".png")
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoint(parser)
-    parser.add_argument(
-        "--motion", required=True, metavar="NAME", help="a learned motion, by name or index from 0"
-    )
-    parser.add_argument(
-        "--target",
-        metavar="x.csv",
-        help="the motion to compare with; default: NAME from --data, else the model's own "
-        "reconstruction of NAME",
-    )
-    add_unit(parser)
-    parser.add_argument(
-        "--axes",
-        type=_axes,
-        default=(0, 1),
-        metavar="1,2|pca",
-        help="two components of the PB counted from 1, or the two principal ones; default: 1,2",
-    )
-    parser.add_argument(
-        "--radius",
-        type=_radius,
-        default=(1.0, "absolute"),
-        metavar="r|r sd",
-        help="half of the window; 0.7sd is in standard deviations of the learned mu, the mean over "
-        "components; default: 1.0",
-    )
-    parser.add_argument("--grid", type=whole(2, MAX_GRID), default=20, help="default: 20")
-    add_data(parser)
-    add_device(parser)
-    parser.add_argument("--out", required=True, metavar="L.npz|L.png")
+Radius = tuple[float, str]  # with its unit, absolute or sd
 
 
 def _axes(text: str) -> tuple[int, ...]:
@@ -74,34 +41,57 @@ def _axes(text: str) -> tuple[int, ...]:
         return PCA
     axes = tuple(whole(1, 128)(part) - 1 for part in text.split(","))
     if len(axes) > 2 or len(set(axes)) != len(axes):
-        raise argparse.ArgumentTypeError(f"must be two different numbers or pca, got {text}")
+        raise ValueError(f"must be two different numbers or pca, got {text}")
     return axes
 
 
-def _radius(text: str) -> tuple[float, str]:
+def _radius(text: str) -> Radius:
     number = text.removesuffix("sd")
     return real(above=0.0, maximum=MAX_RADIUS)(number), "sd" if number != text else "absolute"
 
 
-def run(arguments: argparse.Namespace) -> None:
-    out = Path(arguments.out)
+def run(
+    *,
+    ckpt: Checkpoint,
+    motion: str,
+    target: str | None = None,
+    unit: AngleUnit = "radians",
+    axes: Annotated[tuple[int, ...], read_by(_axes, "1,2|pca", shown="1,2")] = (0, 1),
+    radius: Annotated[Radius, read_by(_radius, "r|r sd", shown="1.0")] = (1.0, "absolute"),
+    grid: Annotated[int, read_by(whole(2, MAX_GRID))] = 20,
+    data: Data | None = None,
+    device: DeviceName = "auto",
+    out: Path,
+) -> None:
+    """Write the landscape as numbers or a picture, and print its measures.
+
+    Args:
+        motion: a learned motion, by name or index from 0
+        target: the motion to compare with; default: NAME from --data, else the model's own
+            reconstruction of NAME
+        axes: two components of the PB counted from 1, or the two principal ones
+        radius: half of the window; 0.7sd is in standard deviations of the learned mu, the mean
+            over components
+        grid: points a side
+        out: L.npz or L.png
+    """
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"--out {out}: a landscape is written as {' or '.join(SUFFIXES)}")
     check_writable(out)
-    model, dataset = load_model(arguments.ckpt, arguments.data)
-    index = model.motion_index(arguments.motion)
-    target = _target(model, dataset, index, arguments.target, arguments.unit)
+    model, dataset = load_model(ckpt, data)
+    index = model.motion_index(motion)
+    compared = _target(model, dataset, index, target, unit)
 
     from ...core.correlation import landscape
     from ...core.device import choose_device
 
-    window = _window(model, index, arguments.axes, arguments.radius)
-    model.to(choose_device(arguments.device))
-    result = landscape(model, target, grid=arguments.grid, **window)
-    _save(result, out, model.motion_name(index), _axis_names(arguments.axes, model.config.pb_dim))
+    window = _window(model, index, axes, radius)
+    model.to(choose_device(device))
+    result = landscape(model, compared, grid=grid, **window)
+    _save(result, out, model.motion_name(index), _axis_names(axes, model.config.pb_dim))
     measures = f"mean {result.mean:.4f}, area {result.area:.4f}, roughness {result.roughness:.4f}"
     print(f"{measures}: {out}")
-    if arguments.target is None and dataset is None:
+    if target is None and dataset is None:
         note("no --target and no --data: the model's own reconstruction is the target")
 
 
@@ -118,9 +108,7 @@ def _target(
     return reconstruction
 
 
-def _window(
-    model: RNNPB, index: int, axes: tuple[int, ...], radius: tuple[float, str]
-) -> dict[str, Any]:
+def _window(model: RNNPB, index: int, axes: tuple[int, ...], radius: Radius) -> dict[str, Any]:
     """Centre, axes and size of the window, as `landscape` takes them."""
     import numpy as np
 
@@ -175,8 +163,3 @@ def _save(result: Landscape, out: Path, name: str, axis_names: list[str]) -> Non
                     area=result.area,
                     roughness=result.roughness,
                 )
-
-
-COMMAND = Command(
-    "landscape", "Correlate motions around a learned PB with a target.", add_arguments, run
-)

@@ -6,15 +6,16 @@ import logging
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from typing import Literal
 
 from ...core.errors import InputError
 
-BACKENDS = ("loky", "dask", "ray")
+Backend = Literal["loky", "dask", "ray"]
 CONNECT_SECONDS = 10  # for a Dask scheduler to answer
 
 
 def parallel_backend(
-    backend: str, scheduler: str | None, jobs: int | None, ready: Callable[[], object]
+    backend: Backend, scheduler: str | None, jobs: int | None, ready: Callable[[], object]
 ) -> AbstractContextManager[None]:
     """What `joblib.Parallel` uses within the context; a local cluster ends with it.
 

@@ -1,9 +1,10 @@
-"""Progress bars: on stderr, and only where that is a terminal."""
+"""Progress: on stderr, and only where that is a terminal."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from rich.console import Console
@@ -36,3 +37,14 @@ def steps_bar(steps: Iterable[Step], total: int, description: str) -> Iterator[S
     """The steps themselves, counted on the bar as they go by."""
     with progress_bar() as progress:
         yield from progress.track(steps, total=total, description=description)
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Say what is being waited for; the line is gone when it is there."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield
+        return
+    with console.status(what):
+        yield

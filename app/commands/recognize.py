@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...core.motion import Motion
 from ...robot.importing import read_motion
-from .command import (
-    Command,
-    add_checkpoint,
-    add_device,
-    add_init,
-    add_seed,
-    add_unit,
+from .flags import (
+    FLAGS,
+    AngleUnit,
+    Checkpoint,
+    DeviceName,
+    Seed,
+    WarmStart,
     load_model,
+    read_by,
     real,
     whole,
 )
@@ -33,52 +34,56 @@ MAX_ITERATIONS = 100_000
 MAX_TRIALS = 1_000
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_checkpoint(parser)
-    parser.add_argument("motion", metavar="x.csv", help="the motion to recognise")
-    add_unit(parser)
-    add_init(parser, default="learned")
-    parser.add_argument(
-        "--candidates",
-        type=whole(1, MAX_CANDIDATES),
-        default=100,
-        help="draws of the warm start random; default: 100",
-    )
-    parser.add_argument(
-        "--observed",
-        type=real(above=0.0, maximum=1.0),
-        default=0.8,
-        help="share of the frames that is seen; default: 0.8",
-    )
-    parser.add_argument("--iterations", type=whole(1, MAX_ITERATIONS), default=100)
-    parser.add_argument("--trials", type=whole(1, MAX_TRIALS), default=10)
-    parser.add_argument(
-        "--method",
-        choices=("paper", "lm"),
-        default="paper",
-        help="paper: the published procedure (default); lm: Levenberg-Marquardt without sampling, "
-        "its trials start from the closest learned mu",
-    )
-    add_seed(parser)
-    add_device(parser)
-    parser.add_argument("--out", required=True, metavar="R.npz")
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How to recognise.
+
+    Args:
+        candidates: draws of the warm start random
+        observed: share of the frames that is seen
+        method: paper is the published procedure; lm is Levenberg-Marquardt without sampling, whose
+            trials start from the closest learned mu
+    """
+
+    init: WarmStart = "learned"
+    candidates: Annotated[int, read_by(whole(1, MAX_CANDIDATES))] = 100
+    observed: Annotated[float, read_by(real(above=0.0, maximum=1.0))] = 0.8
+    iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS))] = 100
+    trials: Annotated[int, read_by(whole(1, MAX_TRIALS))] = 10
+    method: Literal["paper", "lm"] = "paper"
+    seed: Seed = 0
 
 
-def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion) -> None:
-    """`read` takes the arguments of `read_motion`, and may know more kinds of files."""
-    out = Path(arguments.out)
+def run(
+    motion: Path,
+    /,
+    settings: Settings | None = None,
+    *,
+    ckpt: Checkpoint,
+    unit: AngleUnit = "radians",
+    device: DeviceName = "auto",
+    out: Path,
+) -> None:
+    """Write every trial's path, and print how well the last and the best iterates explain it.
+
+    Args:
+        motion: the motion to recognise: a CSV file, or an export
+        out: R.npz
+    """
+    settings = settings or Settings()
     if out.suffix.lower() != ".npz":
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
-    model, _ = load_model(arguments.ckpt)
-    motion = read(arguments.motion, model.info.joints, fps=model.info.fps, unit=arguments.unit)
+    model, _ = load_model(ckpt)
+    target = read_motion(motion, model.info.joints, fps=model.info.fps, unit=unit)
 
     from ...core.device import choose_device
     from ...core.recognition_run import RecognitionResult
 
-    model.to(choose_device(arguments.device))
-    steps = _steps(model, motion, arguments)
-    result = RecognitionResult.from_steps(steps_bar(steps, arguments.iterations, "recognising"))
+    model.to(choose_device(device))
+    steps = _steps(model, target, settings)
+    result = RecognitionResult.from_steps(steps_bar(steps, settings.iterations, "recognising"))
     with replacing(out) as beside:
         result.save(beside)
     trials, iterations = result.loss.shape
@@ -92,25 +97,20 @@ def run(arguments: argparse.Namespace, read: Callable[..., Motion] = read_motion
         )
 
 
-def _steps(
-    model: RNNPB, motion: Motion, arguments: argparse.Namespace
-) -> Iterator[RecognitionStep]:
+def _steps(model: RNNPB, motion: Motion, settings: Settings) -> Iterator[RecognitionStep]:
     from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
     from ...core.recognition_run import RecognitionConfig
 
-    if arguments.method == "lm":
-        lm = LMConfig(arguments.trials, arguments.observed, arguments.iterations)
+    if settings.method == "lm":
+        lm = LMConfig(settings.trials, settings.observed, settings.iterations)
         return recognize_lm(model, motion.positions, lm)
     config = RecognitionConfig(
-        init=arguments.init,
-        candidates=arguments.candidates,
-        observed=arguments.observed,
-        iterations=arguments.iterations,
-        trials=arguments.trials,
-        seed=arguments.seed,
+        init=settings.init,
+        candidates=settings.candidates,
+        observed=settings.observed,
+        iterations=settings.iterations,
+        trials=settings.trials,
+        seed=settings.seed,
     )
     return recognize(model, motion.positions, config)
-
-
-COMMAND = Command("recognize", "Find the PB that explains a motion.", add_arguments, run)

@@ -2,111 +2,77 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import shutil
 import signal
 import sys
 import warnings
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated
 
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Result, Sweep, attempt, grid
 from ...core.paper.sweep_table import table
-from .command import Command, add_data, add_device, note, whole
-from .parallel import BACKENDS, parallel_backend
+from .flags import FLAGS, SEEDS, Data, DeviceName, note, one_of, read_by, several, whole
+from .parallel import Backend, parallel_backend
 from .progress import progress_bar
 from .tables import print_table, sweep_table, write_json
 
-Item = TypeVar("Item")
 MAX_SEEDS = 1000
 GPU_JOBS = 4  # each takes memory of the GPU for itself before it computes anything
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_data(parser, required=True)
-    parser.add_argument(
-        "--out", required=True, metavar="DIR", help="keeps a small file of each finished cell"
-    )
-    parser.add_argument(
-        "--pb-dims",
-        type=_several(whole(1, 128)),
-        default=PB_DIMS,
-        metavar="D,..",
-        help="default: those of the paper, " + ",".join(map(str, PB_DIMS)),
-    )
-    parser.add_argument(
-        "--conditions",
-        type=_several(_condition),
-        default=tuple(CONDITIONS),
-        metavar="C,..",
-        help="default: " + ",".join(CONDITIONS),
-    )
-    parser.add_argument(
-        "--seeds",
-        type=_seeds,
-        default=(0,),
-        metavar="N | S,..",
-        help="how many (0 to N - 1), or which ones (a list; 7, is seed 7 alone); default: 1",
-    )
-    parser.add_argument(
-        "--epochs", type=whole(1, 10_000_000), metavar="N", help="default: the recipe's own"
-    )
-    parser.add_argument(
-        "--hidden-size", type=whole(1, 4096), default=256, help="LSTM units; default: 256"
-    )
-    parser.add_argument(
-        "--samples", type=whole(1, 10_000), default=100, help="PBs a motion; default: 100"
-    )
-    parser.add_argument(
-        "--jobs",
-        type=whole(1, 10_000),
-        metavar="N",
-        help=f"cells at a time, one thread each; default: one for each core, {GPU_JOBS} on a GPU",
-    )
-    parser.add_argument("--backend", choices=BACKENDS, default="loky", help="default: loky")
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="of a running Dask or Ray cluster; default: one on this machine, for this sweep",
-    )
-    add_device(parser)
-    parser.add_argument(
-        "--keep-checkpoints", action="store_true", help="keep each trained model in DIR, too"
-    )
-    parser.add_argument(
-        "--collect", action="store_true", help="only print what is finished; train nothing"
-    )
-    parser.add_argument("--json", metavar="F", help="write the table and its cells to F, too")
-
-
-def _several(parse_one: Callable[[str], Item]) -> Callable[[str], tuple[Item, ...]]:
-    """The type of a flag that takes a list; what is named twice counts once."""
-
-    def parse(text: str) -> tuple[Item, ...]:
-        return tuple(dict.fromkeys(parse_one(part) for part in text.split(",")))
-
-    return parse
-
-
-def _condition(text: str) -> str:
-    if text not in CONDITIONS:
-        raise argparse.ArgumentTypeError(
-            f"no condition {text[:40]!r}; there are: {', '.join(CONDITIONS)}"
-        )
-    return text
-
-
 def _seeds(text: str) -> tuple[int, ...]:
     if "," in text:
-        return _several(whole(0, 2**32 - 1))(text.removesuffix(","))
+        return several(SEEDS)(text.removesuffix(","))
     return tuple(range(whole(1, MAX_SEEDS)(text)))
+
+
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Flags:
+    """Which cells, of which size, and where they are run and kept.
+
+    Args:
+        out: a folder that keeps a small file of each finished cell
+        pb_dims: dimensions of the PB
+        conditions: priors
+        seeds: how many (0 to N - 1), or which ones (a list; 7, is seed 7 alone)
+        epochs: default: the recipe's own
+        hidden_size: LSTM units
+        samples: PBs a motion
+        jobs: cells at a time, one thread each; default: one for each core, a few on a GPU
+        backend: where the cells are run
+        scheduler: address of a running Dask or Ray cluster; default: one on this machine, for this
+            sweep
+        keep_checkpoints: keep each trained model, too
+        collect: only print what is finished; train nothing
+        json: write the table and its cells to this file, too
+    """
+
+    data: Data
+    out: str
+    pb_dims: Annotated[tuple[int, ...], read_by(several(whole(1, 128)), "D,..")] = PB_DIMS
+    conditions: Annotated[
+        tuple[str, ...],
+        read_by(several(one_of("condition", tuple(CONDITIONS))), "C,.."),
+    ] = tuple(CONDITIONS)
+    seeds: Annotated[tuple[int, ...], read_by(_seeds, "N|S,..", shown="1")] = (0,)
+    epochs: Annotated[int | None, read_by(whole(1, 10_000_000))] = None
+    hidden_size: Annotated[int, read_by(whole(1, 4096))] = 256
+    samples: Annotated[int, read_by(whole(1, 10_000))] = 100
+    jobs: Annotated[int | None, read_by(whole(1, 10_000))] = None
+    backend: Backend = "loky"
+    scheduler: str | None = None
+    device: DeviceName = "auto"
+    keep_checkpoints: bool = False
+    collect: bool = False
+    json: str | None = None
 
 
 @dataclass
@@ -122,29 +88,29 @@ class _SoFar:
         return [cell for cell in self.cells if cell not in self.results]
 
 
-def run(arguments: argparse.Namespace) -> None:
-    _check_flags(arguments)
+def run(flags: Flags) -> None:
+    _check_flags(flags)
     from ...robot.data import load_dataset
 
-    cells = grid(arguments.conditions, arguments.pb_dims, arguments.seeds)
+    cells = grid(flags.conditions, flags.pb_dims, flags.seeds)
     sweep = Sweep(
-        dataset=load_dataset(arguments.data),
-        folder=_folder(arguments.out),
-        epochs=arguments.epochs,
-        hidden_size=arguments.hidden_size,
-        samples=arguments.samples,
-        device=arguments.device,
-        keep_checkpoints=arguments.keep_checkpoints,
+        dataset=load_dataset(flags.data),
+        folder=_folder(flags.out),
+        epochs=flags.epochs,
+        hidden_size=flags.hidden_size,
+        samples=flags.samples,
+        device=flags.device,
+        keep_checkpoints=flags.keep_checkpoints,
     )
     # Every file is looked at before the first cell is run: a folder of another sweep shows at once.
     so_far = _SoFar(cells, {cell: found for cell in cells if (found := sweep.finished(cell))})
     before = len(so_far.results)
-    if so_far.missing and not arguments.collect:
-        _run_missing(sweep, so_far, arguments)
-    _report(sweep, so_far, arguments)
+    if so_far.missing and not flags.collect:
+        _run_missing(sweep, so_far, flags)
+    _report(sweep, so_far, flags)
     print(
         f"{len(cells)} cells: {len(so_far.results) - before} run now, {before} finished before, "
-        f"{len(so_far.missing)} missing; kept in {arguments.out}"
+        f"{len(so_far.missing)} missing; kept in {flags.out}"
     )
     if so_far.failures:
         raise InputError(
@@ -153,14 +119,14 @@ def run(arguments: argparse.Namespace) -> None:
         )
 
 
-def _check_flags(arguments: argparse.Namespace) -> None:
-    """What argparse cannot see: flags that do not go together, files that cannot be written."""
-    if arguments.scheduler is not None and arguments.backend == "loky":
+def _check_flags(flags: Flags) -> None:
+    """What no flag can see alone: flags that do not go together, files that cannot be written."""
+    if flags.scheduler is not None and flags.backend == "loky":
         raise InputError("--scheduler: loky has none; --backend dask or ray goes with it")
-    if arguments.scheduler is not None and arguments.backend == "dask" and arguments.jobs:
+    if flags.scheduler is not None and flags.backend == "dask" and flags.jobs:
         raise InputError("--jobs: a Dask cluster has the workers that it has; leave the flag out")
-    if arguments.json is not None:
-        check_writable(arguments.json)
+    if flags.json is not None:
+        check_writable(flags.json)
 
 
 def _folder(out: str) -> Path:
@@ -176,13 +142,13 @@ def _folder(out: str) -> Path:
     return path
 
 
-def _run_missing(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) -> None:
+def _run_missing(sweep: Sweep, so_far: _SoFar, flags: Flags) -> None:
     cells, results, failures = so_far.cells, so_far.results, so_far.failures
     try:
         with (
             _sigterm_interrupts(),
             progress_bar("{task.fields[failed]}") as bar,
-            closing(_attempts(sweep, so_far.missing, arguments)) as attempts,
+            closing(_attempts(sweep, so_far.missing, flags)) as attempts,
         ):
             task = bar.add_task("cells", total=len(cells), completed=len(results), failed="")
             for done in attempts:
@@ -198,26 +164,24 @@ def _run_missing(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) ->
     except KeyboardInterrupt:
         kept = sum(sweep.finished(cell) is not None for cell in cells)
         raise KeyboardInterrupt(
-            f"stopped; {kept} of {len(cells)} cells are finished and kept in {arguments.out}; "
+            f"stopped; {kept} of {len(cells)} cells are finished and kept in {flags.out}; "
             "to go on: the same command again"
         ) from None
 
 
-def _attempts(
-    sweep: Sweep, cells: Sequence[Cell], arguments: argparse.Namespace
-) -> Generator[Attempt]:
+def _attempts(sweep: Sweep, cells: Sequence[Cell], flags: Flags) -> Generator[Attempt]:
     """What becomes of the cells, in the order in which they finish."""
     import joblib
 
     from ...core.device import choose_device
 
-    ready = partial(choose_device, arguments.device)
-    jobs = arguments.jobs
-    if jobs is None and arguments.scheduler is None and ready().type == "cuda":
+    ready = partial(choose_device, flags.device)
+    jobs = flags.jobs
+    if jobs is None and flags.scheduler is None and ready().type == "cuda":
         jobs = GPU_JOBS
-    with parallel_backend(arguments.backend, arguments.scheduler, jobs, ready):
+    with parallel_backend(flags.backend, flags.scheduler, jobs, ready):
         # Ray's backend for joblib hands results on at the end only; workers write their cells.
-        way = "list" if arguments.backend == "ray" else "generator_unordered"
+        way = "list" if flags.backend == "ray" else "generator_unordered"
         parallel = joblib.Parallel(n_jobs=jobs or -1, batch_size=1, return_as=way)
         try:
             # After an interruption joblib would warn that not all its results were taken.
@@ -228,7 +192,7 @@ def _attempts(
         except Exception as error:
             # `attempt` lets no cell raise: it is the backend that failed, a worker that was killed.
             raise InputError(
-                f"--backend {arguments.backend} failed, {type(error).__name__}: {error}; finished "
+                f"--backend {flags.backend} failed, {type(error).__name__}: {error}; finished "
                 "cells are kept, the same command goes on"
             ) from error
 
@@ -247,14 +211,14 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _report(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) -> None:
+def _report(sweep: Sweep, so_far: _SoFar, flags: Flags) -> None:
     """Print Table I, and write it where it is asked for."""
     cells, results, failures = so_far.cells, so_far.results, so_far.failures
     entries = table(cells, results, failures)
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else math.inf
     motions = len(sweep.dataset.motions)
-    print_table(sweep_table(entries, len(arguments.seeds), motions, sweep.samples, width))
-    if arguments.json is None:
+    print_table(sweep_table(entries, len(flags.seeds), motions, sweep.samples, width))
+    if flags.json is None:
         return
     rows = []
     for cell in cells:
@@ -269,7 +233,4 @@ def _report(sweep: Sweep, so_far: _SoFar, arguments: argparse.Namespace) -> None
         "hidden_size": sweep.hidden_size,
         "data_sha256": sweep.dataset.sha256,
     }
-    write_json(arguments.json, facts | {"table": [asdict(e) for e in entries], "cells": rows})
-
-
-COMMAND = Command("sweep", "Train and measure every model of Table I.", add_arguments, run)
+    write_json(flags.json, facts | {"table": [asdict(e) for e in entries], "cells": rows})

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import math
 import shlex
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
 
 from ...core.errors import InputError
 from ...core.files import check_writable
-from .command import Command, add_data, add_device, real, whole
+from ...core.paper.sweep import CONDITIONS
+from .flags import FLAGS, SEEDS, Data, DeviceName, read_by, real, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -27,38 +29,40 @@ if TYPE_CHECKING:
 SAVE_EVERY = 120.0  # seconds between saves of the resumable state: what a power cut may cost
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    # No defaults here: --resume must know which flags were given.
-    add_data(parser, required=True)
-    parser.add_argument(
-        "--recipe",
-        choices=("strong", "weak", "zero", "deterministic"),
-        help="train as the shipped checkpoint of that name was; other flags change it",
-    )
-    parser.add_argument(
-        "--behavior", choices=("stochastic", "deterministic"), help="default: stochastic"
-    )
-    parser.add_argument(
-        "--beta", type=real(0.0, 1e6), help="weight of the KL term (eq. 3); default: 1e-3"
-    )
-    parser.add_argument("--pb-dim", type=whole(1, 128), help="default: 4")
-    parser.add_argument("--hidden-size", type=whole(1, 4096), help="LSTM units; default: 256")
-    parser.add_argument("--epochs", type=whole(1, 10_000_000), metavar="N")
-    parser.add_argument(
-        "--samples",
-        type=whole(1, 100),
-        metavar="N",
-        help="PBs sampled a motion and epoch, in mirrored pairs; default: 1; 2 pays off where "
-        "sigma is large, as with beta = 1e-3",
-    )
-    parser.add_argument("--seed", type=whole(0, 2**32 - 1), help="default: 0")
-    parser.add_argument("--resume", metavar="P", help="go on with the interrupted run in P")
-    add_device(parser)
-    parser.add_argument("--out", required=True, metavar="C.pt")
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class Flags:
+    """What is trained. None is not given, which --resume and --recipe must know.
+
+    Args:
+        recipe: train as the shipped checkpoint of that name was; other flags change it
+        behavior: default: stochastic
+        beta: weight of the KL term (eq. 3); default: 1e-3
+        pb_dim: dimensions of the PB; default: 4
+        hidden_size: LSTM units; default: 256
+        samples: PBs sampled a motion and epoch, in mirrored pairs; default: 1; 2 pays off where
+            sigma is large, as with beta = 1e-3
+        seed: of the random numbers; default: 0
+        resume: go on with the interrupted run in this file
+        out: C.pt
+    """
+
+    data: Data
+    recipe: Annotated[str | None, Parameter(choices=CONDITIONS)] = None
+    behavior: Literal["stochastic", "deterministic"] | None = None
+    beta: Annotated[float | None, read_by(real(0.0, 1e6))] = None
+    pb_dim: Annotated[int | None, read_by(whole(1, 128))] = None
+    hidden_size: Annotated[int | None, read_by(whole(1, 4096))] = None
+    epochs: Annotated[int | None, read_by(whole(1, 10_000_000))] = None
+    samples: Annotated[int | None, read_by(whole(1, 100))] = None
+    seed: Annotated[int | None, read_by(SEEDS)] = None
+    resume: Path | None = None
+    device: DeviceName = "auto"
+    out: Path
 
 
-def run(arguments: argparse.Namespace) -> None:
-    out = Path(arguments.out)
+def run(flags: Flags) -> None:
+    out = flags.out
     if out.suffix.lower() != ".pt":
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
     check_writable(out)
@@ -67,27 +71,27 @@ def run(arguments: argparse.Namespace) -> None:
     from ...core.training import Trainer
     from ...robot.data import load_dataset
 
-    dataset = load_dataset(arguments.data)
-    config, training = _recipe(arguments) if arguments.resume is None else _resumed(arguments)
+    dataset = load_dataset(flags.data)
+    config, training = _recipe(flags) if flags.resume is None else _resumed(flags.resume, flags)
     resumable = out.with_suffix(".resume.pt")
-    if resumable.exists() and not _same_file(resumable, arguments.resume):
+    if resumable.exists() and not _same_file(resumable, flags.resume):
         raise InputError(
             f"{resumable} holds an interrupted run; to go on with it: "
-            + _command(data=arguments.data, resume=resumable, out=out)
+            + _command(data=flags.data, resume=resumable, out=out)
             + "; to begin anew, remove it first"
         )
-    trainer = Trainer(dataset, config, training, choose_device(arguments.device))
+    trainer = Trainer(dataset, config, training, choose_device(flags.device))
     check_savable(trainer.model)
     session = _Session(trainer, dataset, resumable)
-    if arguments.resume is not None:
-        session.restore(Path(arguments.resume))
+    if flags.resume is not None:
+        session.restore(flags.resume)
     with _stop_asked() as asked:
         for _ in session.epochs():
             if asked and trainer.epoch < training.epochs:
                 session.save()
                 raise KeyboardInterrupt(
                     f"stopped after epoch {trainer.epoch} of {training.epochs}; to go on: "
-                    + _command(data=arguments.data, resume=session.resumable, out=out)
+                    + _command(data=flags.data, resume=session.resumable, out=out)
                 )
     session.finish()
     save_checkpoint(trainer.model, out)
@@ -99,45 +103,45 @@ def run(arguments: argparse.Namespace) -> None:
     )
 
 
-def _same_file(path: Path, given: str | None) -> bool:
-    return given is not None and Path(given).exists() and path.samefile(given)
+def _same_file(path: Path, given: Path | None) -> bool:
+    return given is not None and given.exists() and path.samefile(given)
 
 
-def _command(**flags: object) -> str:
-    words = [word for name, value in flags.items() for word in (f"--{name}", str(value))]
+def _command(**given: object) -> str:
+    words = [word for name, value in given.items() for word in (f"--{name}", str(value))]
     return shlex.join(["rnnpb", "train", *words])
 
 
-def _given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+def _given(flags: Flags, *names: str) -> dict[str, Any]:
     """The flags of these names that were given."""
-    values = {name: getattr(arguments, name) for name in names}
+    values = {name: getattr(flags, name) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _recipe(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]:
+def _recipe(flags: Flags) -> tuple[ModelConfig, TrainingConfig]:
     """What the flags of a fresh run ask for."""
     from ...core.model import ModelConfig
     from ...core.recipes import RECIPES, Recipe
     from ...core.training import TrainingConfig
 
     recipe = Recipe(ModelConfig(), TrainingConfig())
-    if arguments.recipe is not None:
-        recipe = RECIPES[arguments.recipe]
-        for flag in _given(arguments, "behavior", "beta"):
-            raise InputError(f"--{flag}: --recipe {arguments.recipe} decides that; leave it out")
-    config = replace(recipe.model, **_given(arguments, "pb_dim", "hidden_size"))
-    if arguments.behavior == "deterministic":
-        if arguments.beta is not None:
+    if flags.recipe is not None:
+        recipe = RECIPES[flags.recipe]
+        for flag in _given(flags, "behavior", "beta"):
+            raise InputError(f"--{flag}: --recipe {flags.recipe} decides that; leave it out")
+    config = replace(recipe.model, **_given(flags, "pb_dim", "hidden_size"))
+    if flags.behavior == "deterministic":
+        if flags.beta is not None:
             raise InputError("--beta: a deterministic model has no KL term; leave the flag out")
         config = replace(config, behavior="deterministic", beta=None)
-    elif arguments.beta is not None:
-        config = replace(config, beta=arguments.beta)
-    training = replace(recipe.training, **_given(arguments, "epochs", "samples", "seed"))
+    elif flags.beta is not None:
+        config = replace(config, beta=flags.beta)
+    training = replace(recipe.training, **_given(flags, "epochs", "samples", "seed"))
     return config, training
 
 
-def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig]:
-    """What the run in --resume was started with.
+def _resumed(path: Path, flags: Flags) -> tuple[ModelConfig, TrainingConfig]:
+    """What the run in `path` was started with.
 
     Raises:
         InputError: no interrupted run, or a flag asks for another one.
@@ -145,9 +149,8 @@ def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig
     from ...core.checkpoint import load_checkpoint
     from ...core.training import TrainingConfig
 
-    if arguments.recipe is not None:
+    if flags.recipe is not None:
         raise InputError("--recipe: the run in --resume has its own; leave the flag out")
-    path = Path(arguments.resume)
     config = load_checkpoint(path).config
     try:
         training = TrainingConfig(**_resume_state(path)["training"])
@@ -155,7 +158,7 @@ def _resumed(arguments: argparse.Namespace) -> tuple[ModelConfig, TrainingConfig
         raise InputError(f"{path} was left by another version; train anew ({error})") from error
     known = asdict(config) | asdict(training)
     for name, value in _given(
-        arguments, "behavior", "beta", "pb_dim", "hidden_size", "epochs", "samples", "seed"
+        flags, "behavior", "beta", "pb_dim", "hidden_size", "epochs", "samples", "seed"
     ).items():
         if value != known[name]:
             flag = "--" + name.replace("_", "-")
@@ -283,6 +286,3 @@ def _stop_asked() -> Iterator[list[int]]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-COMMAND = Command("train", "Train a model on motions.", add_arguments, run)

@@ -1,103 +1,70 @@
-"""The robots of one browser's scene: one a model, and one more for the limited motion."""
+"""The robots of one page: one a model, and one more for the motion within the limits.
+
+The first one's nodes stand in the server's scene and are shared by all pages; the browser copies
+them for the others, and poses them all (`static/web/robots.js`).
+"""
 
 from __future__ import annotations
 
-import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from ...robot.description import Robot
-from ...robot.kinematics import JointPoses, joint_poses
-from ...robot.view import RobotView
-from ..state.document import AppState, ModelFacts
-from ..state.transitions import eyes_of
-from .panels.playback import frame_at, frame_of
+from ..state.facts import Facts
+from ..state.picture import Picture
+from .robot_nodes import robot_shown
+from .shown import RobotsShown
 from .stage import Vector
 
+ROOT = "/robot"
 LABEL_ABOVE = 0.1  # metres above the robot's head
-Positions = NDArray[np.float32]
 
 
-class Robots:
-    """Poses, names and eye colours of all robots.
+def robots_shown(
+    robot: Robot, facts: Facts, spots: tuple[Vector, ...], limited_of: int | None
+) -> RobotsShown:
+    """All robots of a page.
 
     Args:
-        spots: where they stand; the last one is for the limited motion.
+        spots: where they stand.
+        limited_of: the model whose motion the last one shows within the limits, if there is one.
+    """
+    models = [*range(len(facts)), *([] if limited_of is None else [limited_of])]
+    return RobotsShown(
+        tuple(
+            robot_shown(
+                robot,
+                facts[model].joints,
+                ROOT,
+                spot=spot.tolist(),
+                copy_of=None if number == 0 else 0,
+            )
+            for number, (model, spot) in enumerate(zip(models, spots, strict=False))
+        )
+    )
+
+
+class RobotNames:
+    """What stands above each robot.
+
+    Args:
         height: metres, of the robot.
     """
 
-    def __init__(
-        self,
-        scene: viser.SceneApi,
-        robot: Robot,
-        facts: tuple[ModelFacts, ...],
-        spots: tuple[Vector, ...],
-        height: float,
-    ) -> None:
-        self._scene, self._robot, self._facts = scene, robot, facts
-        self._spots, self._label_height = spots, height + LABEL_ABOVE
-        self._views = [self._add(i) for i in range(len(facts))]
-        self._limited: RobotView | None = None
-        self._poses: dict[int, tuple[Positions, JointPoses]] = {}  # by spot
+    def __init__(self, scene: viser.SceneApi, height: float) -> None:
+        self._scene, self._height = scene, height + LABEL_ABOVE
         self._labels: dict[int, viser.LabelHandle] = {}
 
-    def _add(self, spot: int) -> RobotView:
-        x, y, z = self._spots[spot].tolist()
-        return RobotView(self._scene, self._robot, f"/robot-{spot}", position=(x, y, z))
-
-    @property
-    def have_eyes(self) -> bool:
-        """Whether colours of eyes can be seen."""
-        return self._views[0].has_eyes
-
-    def show(self, state: AppState) -> None:
-        for index, model in enumerate(state.models):
-            if model.motion is not None:
-                frame = frame_of(state, index)
-                self._move(index, self._views[index], model.motion.positions, frame, index)
-            self._colour_eyes(self._views[index], state, index)
-        self._show_limited(state)
-        self._show_names(state)
-
-    def _show_limited(self, state: AppState) -> None:
-        spot = len(self._facts)
-        if not state.side_by_side:
-            if self._limited is not None:
-                self._limited.remove()
-                self._limited = None
-            return
-        if self._limited is None:
-            self._limited = self._add(spot)
-        checked = state.current.checked
-        if checked is not None and checked.limited is not None:
-            frame = frame_at(state, len(checked.limited))
-            self._move(spot, self._limited, checked.limited, frame, state.active)
-        self._colour_eyes(self._limited, state, state.active)
-
-    def _move(
-        self, spot: int, view: RobotView, positions: Positions, frame: int, model: int
-    ) -> None:
-        known = self._poses.get(spot)
-        if known is None or known[0] is not positions:
-            poses = joint_poses(self._robot, self._facts[model].joints, positions)
-            self._poses[spot] = known = (positions, poses)
-        view.show(known[1], frame)
-
-    def _colour_eyes(self, view: RobotView, state: AppState, index: int) -> None:
-        track = eyes_of(self._facts, state, index) if state.eyes else None
-        view.set_eye_colors(None if track is None else track[frame_at(state, len(track))])
-
-    def _show_names(self, state: AppState) -> None:
-        names = robot_names(self._facts, state)
+    def show(self, picture: Picture, spots: tuple[Vector, ...]) -> None:
+        names = robot_names(picture)
         for spot in set(self._labels) - set(range(len(names))):
             self._labels.pop(spot).remove()
         for spot, name in enumerate(names):
             if spot not in self._labels:
-                x, y, _ = self._spots[spot].tolist()
+                x, y, _ = spots[spot].tolist()
                 self._labels[spot] = self._scene.add_label(
                     f"/names/{spot}",
                     name,
-                    position=(x, y, self._label_height),
+                    position=(x, y, self._height),
                     font_size_mode="scene",
                     font_scene_height=0.06,
                     anchor="bottom-center",
@@ -106,13 +73,14 @@ class Robots:
                 self._labels[spot].text = name
 
 
-def robot_names(facts: tuple[ModelFacts, ...], state: AppState) -> list[str]:
+def robot_names(picture: Picture) -> list[str]:
     """What stands above each robot; a lone one needs no name."""
-    if len(facts) == 1:
-        return ["raw", "limited"] if state.side_by_side else []
-    names = [one.name for one in facts]
-    if state.side_by_side:
-        active = names[state.active]
-        names[state.active] = f"{active}, raw"
+    side_by_side = picture.document.side_by_side
+    if len(picture.facts) == 1:
+        return ["raw", "limited"] if side_by_side else []
+    names = [one.name for one in picture.facts]
+    if side_by_side:
+        active = names[picture.active]
+        names[picture.active] = f"{active}, raw"
         names.append(f"{active}, limited")
     return names

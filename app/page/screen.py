@@ -1,8 +1,7 @@
-"""All that one browser shows: robots, boards, panels. It writes handles; it holds no truth."""
+"""All that one browser shows: panels, boards, robots. It writes what differs; it holds no truth."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from functools import partial
 
@@ -10,111 +9,105 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from ...core.windows import Landscape
 from ...robot.description import Robot
 from ...robot.kinematics import size
 from ..state import intents as do
-from ..state.document import AppState, ModelFacts, Notice
-from .boards.landscape_view import LandscapeView
-from .boards.map_view import MapView
+from ..state.document import Playback
+from ..state.facts import Facts
+from ..state.picture import Picture
+from ..state.wanted import eyes_of, given_target
+from .bridge import Bridge, board_html
 from .panels.explore import ExplorePanel
 from .panels.help import add_help
-from .panels.joints import JointsPanel
-from .panels.playback import PlaybackPanel
-from .panels.readout import ReadoutPanel
 from .panels.recognise import RecognisePanel
 from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
-from .robots import Robots
+from .robot_nodes import eye_nodes
+from .robots import ROOT, RobotNames, robots_shown
+from .shown import DocumentShown, MotionShown, Shown
 from .stage import FOV, camera_position, stage_for
-from .studio import setup_stage
+from .views import (
+    curves_shown,
+    landscape_shown,
+    map_shown,
+    path_shown,
+    playback_shown,
+    puck_shown,
+)
 
 PANEL_WIDTH = 320  # pixels
-# Six tabs in one row of so narrow a panel.
+BOARDS_WIDTH = 380
+# Five tabs in one row of so narrow a panel.
 NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
 Send = Callable[[do.Intent], None]
 
 
 class Screen:
-    """Builds the scene and the panels of one browser, and shows states on them."""
+    """Builds what one browser shows, and brings pictures on it."""
 
     def __init__(
-        self,
-        client: viser.ClientHandle,
-        facts: tuple[ModelFacts, ...],
-        robot: Robot,
-        state: AppState,
-        send: Send,
-        code: Callable[[], str],
+        self, client: viser.ClientHandle, bridge: Bridge, robot: Robot, facts: Facts, send: Send
     ) -> None:
-        self._client, self._facts, self._robot = client, facts, robot
+        self._client, self._bridge, self._robot, self._facts = client, bridge, robot, facts
         self._size = size(robot)  # half width, height
         self._stage = stage_for(len(facts), *self._size)
+        self._names = RobotNames(client.scene, self._size[1])
         self._send = send
-        self._notice: Notice | None = state.notice
-        self._go_home = threading.Event()
-        self._home: tuple[float, NDArray[np.float64]] | None = None  # aspect, position
-        self._build_scene(state)
-        self._build_panels(code)
+        self._shown: dict[str, tuple[object, ...]] = {}  # what the page has, by kind
+        self._motions = self._playbacks = 0  # sent so far
+        self.played: Playback | None = None  # as the page itself has it
+        self.heard: int | None = None  # number of the page's last move that is in the document
+        self.aspect = 1.0  # of the canvas
+        self._build_boards()
+        self._build_panels()
         self._build_commands()
-        client.camera.on_update(self._camera_moved)
-        self._reset_camera()
 
     # --- building ---
-    def _build_scene(self, state: AppState) -> None:
-        scene = self._client.scene
-        setup_stage(scene)
-        spots = stage_for(len(self._facts) + 1, *self._size).robots
-        self.robots = Robots(scene, self._robot, self._facts, spots, self._size[1])
-        self.map_board = MapView(scene, self._stage.map_board, self._facts, state, self._send)
-        self.landscape_board = LandscapeView(
-            scene, self._stage.landscape_board, self._facts, state, self._send
-        )
+    def _build_boards(self) -> None:
+        gui = self._client.gui
+        map_panel, landscape_panel = gui.add_panel(), gui.add_panel()
+        map_panel.dock_left()
+        landscape_panel.dock_below(map_panel)
+        map_panel.set_width(BOARDS_WIDTH)
+        with map_panel.add_tab("PB map"):
+            gui.add_html(board_html("map"))
+        with landscape_panel.add_tab("Correlation landscape"):
+            gui.add_html(board_html("landscape"))
 
-    def _build_panels(self, code: Callable[[], str]) -> None:
+    def _build_panels(self) -> None:
         gui = self._client.gui
         gui.set_panel_label("rnnpb-explorer")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
-        with gui.add_folder("Playback"):
-            playback = PlaybackPanel(gui, self._facts, self._send)
-            light = SafetyLight(gui, self._facts, self._robot)
+        light = SafetyLight(gui, self._facts, self._robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Explore"):
             explore = ExplorePanel(gui, self._facts, self._send)
-            readout = ReadoutPanel(gui, self._facts)
-        with tabs.add_tab("Joints"):
-            joints = JointsPanel(gui, self._facts, self._send)
         with tabs.add_tab("Recognise"):
             recognise = RecognisePanel(gui, self._facts, self._send)
         with tabs.add_tab("Robot"):
             robot = RobotPanel(gui, self._facts, self._robot, self._send)
         with tabs.add_tab("View"):
-            view = ViewPanel(
-                gui,
-                self._facts,
-                self._send,
-                code,
-                self.ask_for_home,
-                has_eyes=self.robots.have_eyes,
-            )
+            has_eyes = bool(eye_nodes(self._robot, ROOT))
+            self._view = ViewPanel(gui, self._send, has_eyes=has_eyes)
         with tabs.add_tab("Help"):
             add_help(gui)
         gui.add_html(NARROW_TABS)
-        self._panels = (playback, light, explore, readout, joints, recognise, robot, view)
+        self._panels = (light, explore, recognise, robot, self._view)
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command
-        send = self._send
-        for command, action in (
-            (add("Play or pause", hotkey="space"), partial(send, do.TogglePlaying())),
-            (add("Undo", hotkey="Z"), partial(send, do.Undo())),
-            (add("Redo", hotkey="Y"), partial(send, do.Redo())),
-            (add("Random PB", hotkey="P"), partial(send, do.RandomiseLatent())),
-            (add("New noise", hotkey="N"), partial(send, do.NewNoise())),
-            (add("Back to the learned PB", hotkey="L"), partial(send, do.ResetLatent())),
-            (add("Reset the view", hotkey="R"), self.ask_for_home),
+        for command, intent in (
+            (add("Play or pause"), do.TogglePlaying()),  # Space is the browser's own
+            (add("Undo", hotkey="Z"), do.Undo()),
+            (add("Redo", hotkey="Y"), do.Redo()),
+            (add("Random PB", hotkey="P"), do.RandomiseLatent()),
+            (add("New noise", hotkey="N"), do.NewNoise()),
+            (add("Back to the learned PB", hotkey="L"), do.ResetLatent()),
+            (add("Reset the view", hotkey="R"), do.ResetView()),
         ):
-            self._on_trigger(command, action)
+            self._on_trigger(command, partial(self._send, intent))
 
     @staticmethod
     def _on_trigger(command: viser.CommandHandle, action: Callable[[], None]) -> None:
@@ -124,60 +117,156 @@ class Screen:
         command.on_trigger(triggered)
 
     # --- showing ---
-    def show(self, state: AppState) -> None:
-        """Bring everything to a state; only what differs from what stands there is written."""
-        with self._client.atomic():
-            self.robots.show(state)
-            self.map_board.show(state)
-            self.landscape_board.show(state)
+    def show(self, picture: Picture) -> None:
+        """Bring everything to a picture; only what differs from what stands there is written."""
         for panel in self._panels:
-            panel.show(state)
-        self._show_notice(state.notice)
-        self._fit(state)
-        if self._go_home.is_set():
-            self._go_home.clear()
-            self._reset_camera()
+            panel.show(picture)
+        self._show_robots(picture)
+        self._show_motions(picture)
+        self._show_boards(picture)
+        self._show_playback(picture)
 
-    def _fit(self, state: AppState) -> None:
-        """Have the camera see all robots, where there are more or fewer than before."""
-        robots = len(state.models) + state.side_by_side
-        if robots != len(self._stage.robots):
-            self._stage = stage_for(robots, *self._size)
-            self.ask_for_home()
-
-    def _show_notice(self, notice: Notice | None) -> None:
-        if notice is None or notice == self._notice:
-            return
-        self._notice = notice
-        self._client.add_notification(
-            "rnnpb-explorer" if notice.good else "That did not work",
-            notice.text,
-            color="green" if notice.good else "red",
-            auto_close_seconds=4.0 if notice.good else 12.0,
+    def _show_boards(self, picture: Picture) -> None:
+        document, latent = picture.document, picture.choice.latent
+        active = (picture.active, document.map_axes)
+        axes = (*active, document.landscape_axes)
+        run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
+        landscape = picture.landscape
+        self._put("map", (*active, document.colouring, latent.motion), lambda: map_shown(picture))
+        self._put("puck", (*axes, latent, self.heard), lambda: puck_shown(picture, self.heard))
+        if landscape is not None:
+            what = (landscape[1], picture.landscape_complete, latent.motion, document.use_target)
+            self._put("landscape", (*axes, *what), lambda: landscape_shown(picture))
+        self._put("path", (*axes, *run), lambda: path_shown(picture))
+        self._put(
+            "curves",
+            (
+                picture.active,
+                document.joint,
+                given_target(picture.facts, document, picture.active) or picture.reference(),
+                document.recognition.observed,
+            ),
+            lambda: curves_shown(picture),
         )
 
-    # --- the camera ---
-    def ask_for_home(self) -> None:
-        """Have the camera go home with the next `show`; from any thread."""
-        self._go_home.set()
-        self._send(do.Tick(0.0))  # a session that rests shows nothing until something comes
+    def _show_robots(self, picture: Picture) -> None:
+        """All of them, and the camera before them, where there are more or fewer than before."""
+        limited_of = picture.active if picture.document.side_by_side else None
+        stage = stage_for(len(self._facts) + (limited_of is not None), *self._size)
+        if len(stage.robots) != len(self._stage.robots):
+            self._stage = stage
+            self.reset_view()
+        self._put(
+            "robots",
+            (limited_of,),
+            lambda: robots_shown(self._robot, self._facts, self._stage.robots, limited_of),
+        )
+        self._names.show(picture, self._stage.robots)
 
-    async def _camera_moved(self, camera: viser.CameraHandle) -> None:
-        """A window that changes its shape shows everything again, if it did so before."""
-        if self._home is None:
+    def _show_motions(self, picture: Picture) -> None:
+        for index in range(len(self._facts)):
+            self._put_motion(picture, index, index, picture.motion(index), picture.ghosts(index))
+        checked = picture.checked
+        if picture.document.side_by_side and checked is not None:
+            self._put_motion(picture, len(self._facts), picture.active, checked.limited)
+
+    def _put_motion(
+        self,
+        picture: Picture,
+        robot: int,
+        model: int,
+        motion: NDArray[np.float32] | None,
+        samples: tuple[NDArray[np.float32], ...] = (),
+    ) -> None:
+        if motion is None:
             return
-        aspect, position = self._home
-        at_home = np.allclose(camera.position, position, atol=0.02)
-        if at_home and abs(camera.aspect - aspect) > 0.005:
-            self.ask_for_home()
+        facts, document = self._facts, picture.document
+        if samples and len(samples[0]) != len(motion):
+            samples = ()  # of another motion
 
-    def _reset_camera(self) -> None:
-        """Look at everything from the front, from as far as the window's shape asks for."""
+        def shown() -> MotionShown:
+            self._motions += 1
+            eyes = eyes_of(facts, document, model) if document.eyes else None
+            ghosts = np.stack(samples) if samples else None
+            return MotionShown(robot, self._motions, motion, facts[model].fps, _rgb(eyes), ghosts)
+
+        of_eyes = (document.eyes, given_target(facts, document, model))
+        self._put(
+            f"motion {robot}",
+            (motion, *samples, *of_eyes, document.models[model].latent.motion),
+            shown,
+        )
+
+    def _show_playback(self, picture: Picture) -> None:
+        """What the page does not know: it plays by itself, and says what a person does there."""
+        if picture.document.playback == self.played:
+            return
+        self.played = picture.document.playback
+        self._playbacks += 1
+        self._bridge.show(playback_shown(picture, self._playbacks))
+
+    def _put(self, kind: str, what: tuple[object, ...], make: Callable[[], Shown | None]) -> None:
+        if kind in self._shown and _alike(self._shown[kind], what):
+            return
+        self._shown[kind] = what
+        shown = make()
+        if shown is not None:
+            self._bridge.show(shown)
+
+    def keep(self, code: str) -> None:
+        """Have the tab keep a document, which it brings back with its next hello."""
+        self._bridge.show(DocumentShown(code))
+
+    def say(self, text: str, *, good: bool = False) -> None:
+        """A line for the person, which goes away by itself."""
+        self._client.add_notification(
+            "rnnpb-explorer" if good else "That did not work",
+            text,
+            color="green" if good else "red",
+            auto_close_seconds=4.0 if good else 12.0,
+        )
+
+    def show_code(self, code: str) -> None:
+        """Write the state code where a person can copy it."""
+        self._view.show_code(code)
+
+    # --- the camera ---
+    def fold(self) -> None:
+        """Fold the panels away: on a phone they would cover the boards."""
+        self._client.gui.main_panel.minimize()
+
+    def resized(self, width: int, height: int) -> None:
+        """The canvas has another shape; everything is shown again, if it was before."""
+        aspect = width / max(height, 1)
+        if abs(aspect - self.aspect) > 0.005:
+            self.aspect = aspect
+            self.reset_view()
+
+    def reset_view(self) -> None:
+        """Look at everything from the front, from as far as the canvas's shape asks for."""
         camera = self._client.camera
-        position = camera_position(self._stage, camera.aspect)
-        self._home = (camera.aspect, position)
         with self._client.atomic():
             camera.fov = FOV
-            camera.position = position
+            camera.position = camera_position(self._stage, self.aspect)
             camera.look_at = self._stage.middle
             camera.up_direction = (0.0, 0.0, 1.0)
+
+
+def _rgb(eyes: NDArray[np.float32] | None) -> NDArray[np.uint8] | None:
+    """(T, 3 * segments) of (T, 2, 8, 3) from 0 to 1."""
+    if eyes is None:
+        return None
+    rgb: NDArray[np.uint8] = (eyes * 255).round().astype(np.uint8).reshape(len(eyes), -1)
+    return rgb
+
+
+def _alike(one: tuple[object, ...], other: tuple[object, ...]) -> bool:
+    """Whether values are equal; results are the same ones or others, whatever is in them."""
+    return len(one) == len(other) and all(
+        a is b or (not _is_result(a) and not _is_result(b) and a == b)
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def _is_result(value: object) -> bool:
+    return isinstance(value, np.ndarray | Landscape)

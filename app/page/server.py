@@ -9,12 +9,13 @@ import logging
 import socket
 import threading
 import warnings
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 import viser
+from msgspec.structs import replace
 
 from ...core.checkpoint import load_checkpoint
 from ...core.data import Dataset
@@ -25,18 +26,26 @@ from ...core.model import RNNPB, UNKNOWN_LENGTH
 from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
-from ..engine.compute import Computations
-from ..state.document import AppState, EyeTrack, ModelFacts, initial_state
+from ..engine.engine import Engine
+from ..state import intents as do
+from ..state.document import Document, EyeTrack
+from ..state.facts import Facts, ModelFacts
+from ..state.opening import opening_document
 from ..state.statecode import decode
-from .session import Kept, Session
+from ..state.wanted import motion_steps
+from .door import WILDCARDS, address_for_others, make_door, url_host
+from .gate import FileTransferStartUpload
+from .guard import Guard, page_scripts
+from .robot_nodes import add_robot
+from .robots import ROOT
+from .session import Session
+from .studio import set_up_studio
+from .uploads import TOO_LARGE
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
-MAX_KEPT = 64  # screens of pages that have gone and may come back
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
 FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
-TOKEN_KEY = "browser"
-MAX_TOKEN = 64  # characters; the browser says it, so it may say anything
 log = logging.getLogger(__name__)
 
 
@@ -47,6 +56,10 @@ class ServerOptions:
     checkpoints: tuple[str, ...] = ("strong.pt",)
     host: str = "127.0.0.1"
     port: int = 8080  # 0: any free one
+    token: str | None = None  # without it no page and no session
+    no_token: bool = False  # said to be meant: everybody who reaches the host may come in
+    allow_origins: tuple[str, ...] = ()  # where a proxy shows the page
+    allow_frames: tuple[str, ...] = ()  # sites that may embed it
     robot: str = "pepper"
     data: str | None = None
     device: str = "auto"
@@ -60,20 +73,36 @@ class App:
     """The running server."""
 
     def __init__(self, options: ServerOptions) -> None:
+        door = make_door(
+            options.host,
+            token=options.token,
+            no_token=options.no_token,
+            allow_origins=options.allow_origins,
+            allow_frames=options.allow_frames,
+            scripts=page_scripts(),
+        )
         models = load_models(options)
         self.robot = load_robot(options.robot)
         self.facts = describe_models(models, options)
         for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
             log.warning("%s", warning)
-        self._computations = Computations(models, self.robot)
-        self._opening = opening_state(self.facts, models[0], options)
-        self._kept: list[tuple[str, Kept]] = []  # by browser, the last that went at the end
+        self._opening = opening(self.facts, models[0], options)
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
-        self._server = serve(options)
+        guard = Guard(door)
+        guard.too_large = self._refuse_upload
+        self._server = serve(options, guard)
+        set_up_studio(self._server.scene)
+        add_robot(self._server.scene, self.robot, ROOT)
+        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
-        self.url = f"http://{_url_host(options.host)}:{self._server.get_port()}"
+        self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
+        self.link = door.link(self.url)  # with the token in it
+        others = address_for_others() if options.host in WILDCARDS else None
+        self.link_for_others = (
+            None if others is None else door.link(f"http://{others}:{self._server.get_port()}")
+        )
 
     def stop(self) -> None:
         """End every session and the server."""
@@ -84,23 +113,22 @@ class App:
             session.close()
         for session in sessions:
             session.join(STOP_SECONDS)
+        self._engine.close(STOP_SECONDS)
         with contextlib.redirect_stdout(io.StringIO()):  # viser says so in a line of its own
             self._server.stop()
 
     # viser runs these two on threads of its own.
     def _connected(self, client: viser.ClientHandle) -> None:
-        token = browser_token(client)
         with self._lock:
             full = len(self.sessions) >= MAX_SESSIONS
             if not full:
                 self.sessions[client.client_id] = Session(
                     client,
-                    token,
                     self.facts,
-                    self._computations,
+                    self._engine,
                     self.robot,
                     self._opening,
-                    self._take(token),
+                    partial(self._disconnected, client),
                 )
         if full:
             log.warning("a browser was refused: there are %d pages", MAX_SESSIONS)
@@ -111,24 +139,14 @@ class App:
     def _disconnected(self, client: viser.ClientHandle) -> None:
         with self._lock:
             session = self.sessions.pop(client.client_id, None)
-            if session is None:
-                return
-            kept = session.kept
-            if kept is not None:
-                self._kept = [*self._kept, (session.browser, kept)][-MAX_KEPT:]
-        session.close()
+        if session is not None:
+            session.close()
 
-    def _take(self, browser: str) -> Kept | None:
-        """What the newest page that this browser closed had on its screen.
-
-        A page that is reloaded has just been closed, whatever other pages its browser has open.
-        Where none was closed, a new page begins with what the newest open one shows.
-        """
-        for index in reversed(range(len(self._kept))):
-            if self._kept[index][0] == browser:
-                return self._kept.pop(index)[1]
-        shown = [page.kept for page in self.sessions.values() if page.browser == browser]
-        return shown[-1] if shown else None
+    # viser's event loop: only hand on.
+    def _refuse_upload(self, client_id: int, upload: FileTransferStartUpload) -> None:
+        session = self.sessions.get(client_id)
+        if session is not None:
+            session.send(do.Say(TOO_LARGE))
 
 
 def start(options: ServerOptions) -> App:
@@ -147,7 +165,7 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
     return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
 
 
-def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> tuple[ModelFacts, ...]:
+def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> Facts:
     eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
     read = cache(load_dataset)  # models of the same joints share their motions
@@ -207,7 +225,8 @@ def _describe(
     )
 
 
-def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOptions) -> AppState:
+def opening(facts: Facts, model: RNNPB, options: ServerOptions) -> Document:
+    """The document that every new page begins with."""
     motion = liveliest(facts[0])
     if options.motion is not None:
         names = facts[0].motions
@@ -216,18 +235,17 @@ def opening_state(facts: tuple[ModelFacts, ...], model: RNNPB, options: ServerOp
             if options.motion in names
             else model.motion_index(options.motion)
         )
-    state = initial_state(facts, options.seed, motion)
+    document = opening_document(facts, options.seed, motion)
     if options.state_code is not None:
-        state = decode(facts, state, options.state_code)
-        if state.use_target:
-            log.warning("the state code was made with an uploaded motion, which it does not hold")
+        document = decode(facts, options.state_code)
     if options.frame is not None:
-        last = facts[0].lengths[state.models[0].latent.motion] - 1
+        last = motion_steps(facts, document, 0) - 1
         if not 0 <= options.frame <= last:
             raise InputError(f"frame {options.frame} is not within 0 to {last}")
-        playback = replace(state.playback, playing=False, phase=options.frame / max(last, 1))
-        state = replace(state, playback=playback)
-    return state
+        phase = options.frame / max(last, 1)
+        playback = replace(document.playback, playing=False, phase=phase)
+        document = replace(document, playback=playback)
+    return document
 
 
 def liveliest(facts: ModelFacts) -> int:
@@ -237,7 +255,7 @@ def liveliest(facts: ModelFacts) -> int:
     return ratings.index(max(ratings))
 
 
-def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:
+def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     """One line a model that moves joints which the robot lacks."""
     lines = []
     for one in facts:
@@ -247,8 +265,8 @@ def unmatched_joints(robot: Robot, facts: tuple[ModelFacts, ...]) -> list[str]:
     return lines
 
 
-def serve(options: ServerOptions) -> viser.ViserServer:
-    """The bare viser server on the wanted port.
+def serve(options: ServerOptions, guard: Guard) -> viser.ViserServer:
+    """The bare viser server on the wanted port, behind its door.
 
     Raises:
         InputError: the port is taken.
@@ -257,9 +275,7 @@ def serve(options: ServerOptions) -> viser.ViserServer:
     # A browser that goes while its session writes is no news.
     warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
-        server = viser.ViserServer(host=options.host, port=options.port, verbose=False)
-    # Filtering an environment map blocks a browser without a GPU for many seconds.
-    server.scene.configure_environment_map(None)
+        server = guard.start(host=options.host, port=options.port, verbose=False)
     server.gui.configure_theme(show_share_button=False, show_logo=False, control_width="medium")
     return server
 
@@ -277,20 +293,3 @@ def _claim(host: str, port: int) -> None:
             raise InputError(
                 f"cannot serve on {host}:{port}: {error.strerror}; {advice}"
             ) from error
-
-
-def browser_token(client: viser.ClientHandle) -> str:
-    """A name that this browser keeps over reloads; a fresh one where it keeps nothing."""
-    fresh = f"{np.random.default_rng().integers(1 << 62):x}"
-    try:
-        known = client.local_storage.get_item(TOKEN_KEY, timeout=5.0)
-        if known:
-            return known[:MAX_TOKEN]
-        client.local_storage.set_item(TOKEN_KEY, fresh)
-    except (RuntimeError, TimeoutError) as error:
-        log.info("no local storage in browser %s: %s", client.client_id, error)
-    return fresh
-
-
-def _url_host(host: str) -> str:
-    return "127.0.0.1" if host in ("0.0.0.0", "") else f"[{host}]" if ":" in host else host

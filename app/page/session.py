@@ -1,8 +1,8 @@
-"""One browser: its state, its queue of intents, its worker, and the loop that brings them together.
+"""One page: its document, what is computed of it, and the loop that brings them on the screen.
 
-    widget or board -> intent -> queue -> update -> work -> lane -> intent -> queue -> ... -> screen
+    a hand -> intent -> update -> document -> wanted -> engine -> result -> picture -> screen
 
-Only this loop's thread makes new states and writes handles. Everyone else hands in intents.
+Only this loop's thread makes documents and writes handles. Everyone else hands in events.
 """
 
 from __future__ import annotations
@@ -12,226 +12,307 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal
+from typing import TypeAlias
 
 import viser
+from msgspec.structs import replace
 
+from ...core.errors import InputError
 from ...robot.description import Robot
-from ..engine.compute import Computations
-from ..engine.worker import Lane
+from ..engine.engine import Delivered, Engine, Failed
 from ..state import intents as do
-from ..state.document import AppState, ModelFacts
-from ..state.statecode import encode
-from ..state.transitions import notify, opening_work, stop_recognition
+from ..state.computed import Computed, Entry
+from ..state.document import Document, ExportOptions
+from ..state.facts import Facts
+from ..state.history import History, gesture_of
+from ..state.on_latent import end_run
+from ..state.on_recognition import follow
+from ..state.picture import Picture
+from ..state.results import ExportedFile
+from ..state.statecode import MAX_LINE, decode, encode
 from ..state.update import update
-from .boards.board import REDRAW_SECONDS
+from ..state.wanted import export_work, wanted
+from ..state.work import ExportWork, Slot, Work
+from . import asked
+from .bridge import Bridge
+from .hand import intent_of
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
+from .uploads import CODE_SUFFIX
 
-FRAME_SECONDS = 1 / 30
-# Widgets that a person holds and boards that are drawn now and then are written late; this long
-# after the last change all is written.
-SETTLE_SECONDS = max(HELD_SECONDS, REDRAW_SECONDS) + 0.1
-MOST_FAULTS = 2  # pages in a row that stopped on one screen; then it is given up
+# After the last event all is written that was held back: widgets that a person holds, the tab's
+# document.
+SETTLE_SECONDS = HELD_SECONDS + 0.1
+KEEP_SECONDS = 0.25  # at least, between two documents that the tab gets
+PHONE_WIDTH = 576  # pixels, of a page's canvas; viser's own breakpoint
+AS_IT_IS = ExportOptions("csv", beyond_limits=True)
 STOPPED = "The page met a fault and stopped. Reload it to go on."
-LOST = "What was on the screen cannot be shown any more; this is the opening screen."
+NOT_KEPT = "This upload is too long for the tab to keep: after a reload it has to be chosen again"
+Event: TypeAlias = do.Intent | Delivered | Failed | asked.AnyAsked
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False)
-class Kept:
-    """The last state that a page had on its screen, and how many pages in a row it broke."""
-
-    state: AppState
-    faults: int = 0
 
 
 class Session:
     """The life of one page on the server.
 
     Args:
-        browser: a name that all pages of a browser share.
-        opening: what to open with where there is nothing else that can be shown.
-        kept: what the page had on its screen before.
+        opening: what to begin with, where the tab brings no document.
+        ended: called when the page has met a fault and takes nothing any more.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        browser: str,
-        facts: tuple[ModelFacts, ...],
-        computations: Computations,
+        facts: Facts,
+        engine: Engine,
         robot: Robot,
-        opening: AppState,
-        kept: Kept | None = None,
+        opening: Document,
+        ended: Callable[[], None],
     ) -> None:
-        self.browser = browser
-        self.state = opening if kept is None else kept.state
         self._client, self._facts, self._robot = client, facts, robot
-        self._opening, self._kept = opening, kept
-        self._faults = 0 if kept is None else kept.faults
-        self._queue: queue.SimpleQueue[do.Intent | None] = queue.SimpleQueue()
+        self._ended = ended
+        self._history = History(opening)
+        self._computed = Computed.nothing()
+        self._export: ExportWork | None = None  # the last file that was asked for
+        self._events: queue.SimpleQueue[Event | None] = queue.SimpleQueue()
+        self._settled = False  # all that was held back is written
+        self._tab: Document | None = None  # what the tab keeps
+        self._tab_time = 0.0
         self._idle = threading.Condition()
-        self._screen: Screen | None = None
-        self._shown: AppState | None = None  # the last state that is on the screen
-        name = f"session-{client.client_id}"
-        self._motions = Lane(f"{name} motions", computations.generate, self.send, _failure)
-        self._landscapes = Lane(f"{name} landscapes", computations.landscape, self.send, _failure)
-        self._recognitions = Lane(
-            f"{name} recognitions", computations.recognise, self.send, _failure
-        )
-        self._exports = Lane(f"{name} exports", computations.export, self.send, _failure)
-        self._lanes = (self._motions, self._landscapes, self._recognitions, self._exports)
+        self._shown: Picture | None = None
         self._closed = False
+        self._work = engine.open(self.send)
+        name = f"page-{client.client_id}"
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
-    def send(self, intent: do.Intent) -> None:
-        """Hand in an intent; from any thread, returns at once."""
-        self._queue.put(intent)
+    def send(self, event: Event) -> None:
+        """Hand in what a person or the engine says; from any thread, returns at once."""
+        if not self._closed:
+            self._events.put(event)
 
     @property
-    def kept(self) -> Kept | None:
-        """What a reload brings back; None where nothing could be shown."""
-        return self._kept
+    def document(self) -> Document:
+        return self._history.present
 
     def close(self) -> None:
         """End the loop and all work, without waiting; called when the browser has gone."""
         self._closed = True
-        self._queue.put(None)
-        for lane in self._lanes:
-            lane.close()
+        self._events.put(None)
+        self._work.close()
 
     def join(self, timeout: float) -> None:
-        """Wait until a closed session's threads have ended, at most `timeout` seconds."""
-        deadline = time.monotonic() + timeout
-        for thread in (self._thread, *self._lanes):
-            thread.join(max(deadline - time.monotonic(), 0.0))
+        """Wait until a closed session's thread has ended, at most `timeout` seconds."""
+        self._thread.join(timeout)
 
-    def wait_for(self, condition: Callable[[AppState], bool], timeout: float) -> bool:
-        """Wait until a state that fulfils the condition was shown; for tests and screenshots."""
+    def wait_for(self, condition: Callable[[Picture], bool], timeout: float) -> bool:
+        """Wait until a picture that fulfils the condition was shown; for tests and screenshots."""
         with self._idle:
             return self._idle.wait_for(
                 lambda: self._shown is not None and condition(self._shown), timeout
             )
 
-    # --- the loop ---
-    def _run(self) -> None:
-        try:
-            self._open()
-            self._loop()
-        except Exception:  # the thread's boundary: an error here must not pass unseen
-            if not self._closed:
-                log.exception("the session of browser %s broke off", self._client.client_id)
-                self._break_off()
-
-    def _open(self) -> None:
-        """Show what the page had on its screen; the opening screen where that cannot be."""
-        if self._kept is None:
-            self._begin(self._opening)
-            return
-        if self._faults < MOST_FAULTS:
-            try:
-                self._begin(self._kept.state)
+    # --- the program, from a hand to the screen ---
+    def _loop(self, screen: Screen) -> None:
+        while True:
+            self._ask()
+            self._show(screen)
+            for event in self._next_events():
+                try:
+                    self._apply(event, screen, time.monotonic())
+                    self._follow_run()
+                except InputError as error:
+                    screen.say(str(error))
+                if isinstance(event, Delivered | Failed):
+                    self._ask()  # what was answered and is wanted again later is asked for anew
+            if self._closed:
                 return
-            except Exception:
-                if self._closed:
-                    raise
-                log.exception("browser %s: the kept screen is lost", self._client.client_id)
-        self._kept, self._faults = None, 0
-        self._client.gui.reset()  # whatever of the screen was built
-        self._client.scene.reset()
-        self._begin(self._opening, LOST)
 
-    def _begin(self, state: AppState, notice: str = "") -> None:
-        self.state = stop_recognition(state)[0]  # its worker went with the page before
-        self._screen = Screen(
-            self._client,
-            self._facts,
-            self._robot,
-            self.state,
-            self.send,
-            lambda: encode(self._facts, self.state),
+    def _apply(self, event: Event, screen: Screen, now: float) -> None:
+        """What an event makes of the document, of the history, or of what is computed."""
+        match event:
+            case Delivered():
+                self._deliver(event, screen)
+            case Failed(slot, work, message):
+                self._fail(slot, work, message, screen)
+            case asked.Hello():
+                self._greet(event, screen)
+            case asked.Resized():
+                screen.resized(event.width, event.height)
+            case asked.Broken():
+                screen.say(event.reason)
+            case asked.Asked():
+                self._apply_hand(event, screen, now)
+            case do.Undo():
+                self._go(self._history.undo(), "Nothing to undo", screen)
+            case do.Redo():
+                self._go(self._history.redo(), "Nothing to redo", screen)
+            case do.RestoreCode(code):
+                self._history = self._history.step(decode(self._facts, code), "", now)
+            case do.ExportMotion():
+                self._ask_for_file(self.document.export)
+            case do.DownloadMotion():
+                self._ask_for_file(AS_IT_IS)
+            case do.ShowCode():
+                self._show_code(screen)
+            case do.ResetView():
+                screen.reset_view()
+            case do.Say(text, good):
+                screen.say(text, good=good)
+            case _:
+                after = update(self._facts, self.document, event)
+                self._history = self._history.step(after, gesture_of(event), now)
+
+    def _ask(self) -> None:
+        """Have the engine do what is missing, and nothing else."""
+        works = self._wanted()
+        self._computed = self._computed.keep(works)
+        self._work.want(self._computed.missing(works))
+
+    def _wanted(self) -> dict[Slot, Work]:
+        works = wanted(self._facts, self.document)
+        if self._export is not None:
+            works["export", 0] = self._export
+        return works
+
+    # --- the browser's own part ---
+    def _greet(self, hello: asked.Hello, screen: Screen) -> None:
+        """The page is there, for the first time or again; it may bring what it showed before."""
+        screen.resized(hello.width, hello.height)
+        if hello.width < PHONE_WIDTH:
+            screen.fold()
+        if hello.document:
+            self._tab = decode(self._facts, hello.document)
+            self._history = History(self._tab)
+        if hello.playback is not None:  # it went on playing while there was no server
+            for intent in (
+                do.SetSpeed(hello.playback.speed),
+                do.SetLoop(hello.playback.loop),
+                do.SetPlaying(hello.playback.playing, hello.playback.frame),
+            ):
+                after = update(self._facts, self.document, intent)
+                self._history = self._history.revise(after)
+            screen.played = self.document.playback
+
+    def _apply_hand(self, word: asked.ByHand, screen: Screen, now: float) -> None:
+        """A hand on a board or on the time bar; the page shows what it did there already."""
+        self._apply(intent_of(word, self._picture), screen, now)
+        if isinstance(word, asked.MoveOnMap | asked.MoveOnLandscape):
+            screen.heard = word.number
+        if isinstance(word, asked.SetPlaying | asked.Seek | asked.SetSpeed | asked.SetLoop):
+            screen.played = self.document.playback
+
+    # --- results ---
+    def _deliver(self, event: Delivered, screen: Screen) -> None:
+        self._computed = self._computed.put(
+            self._wanted(), event.slot, Entry(event.work, event.result, event.done)
         )
-        if notice:
-            self.state = notify(self.state, notice)
-        self.state, works = opening_work(self._facts, self.state)
-        self._show(self._screen)
-        self._submit(works)
+        file = event.result
+        if isinstance(file, ExportedFile) and event.work == self._export:
+            self._client.send_file_download(
+                file.file_name, file.content.encode(), save_immediately=True
+            )
+            screen.say(file.summary, good=True)
 
-    def _break_off(self) -> None:
-        """Stop, and say so. What was shown before the fault is kept, what led to it is not."""
-        if self._kept is not None:
-            self._kept = Kept(self._kept.state, self._faults + 1)
-        for lane in self._lanes:
-            lane.close()
-        self._client.add_notification("That did not work", STOPPED, color="red")
+    def _follow_run(self) -> None:
+        """Have the latent where a recognition has brought it."""
+        trace = self._picture.trace
+        if trace is not None:
+            self._history = self._history.revise(follow(self._facts, self.document, trace))
 
-    def _loop(self) -> None:
-        assert self._screen is not None
-        last = changed = time.monotonic()
-        while not self._closed:
-            rests = last - changed > SETTLE_SECONDS
-            intents = self._drain(None if rests else last + FRAME_SECONDS - time.monotonic())
-            now = time.monotonic()
-            # Time at rest is not the motion's: one that is played then begins where it stands.
-            tick = do.Tick(0.0 if rests else now - last)
-            before, last = self.state, now
-            for intent in (*intents, tick):
-                self.state, works = update(self._facts, self.state, intent)
-                self._submit(works)
-            if intents or self.state is not before:
-                changed = now
-            self._show(self._screen)
+    def _ask_for_file(self, options: ExportOptions) -> None:
+        """Of the motion that is on the screen now; once more, where it was written before."""
+        self._export = export_work(self._facts, self.document, options)
+        self._computed = self._computed.without(("export", 0))
+
+    def _fail(self, slot: Slot, work: Work, message: str, screen: Screen) -> None:
+        if self._wanted().get(slot) != work:
+            return
+        self._computed = self._computed.fail(slot, work, message)
+        if slot[0] == "recognition":
+            self._history = self._history.revise(end_run(self.document))
+        if slot[0] == "export":
+            self._export = None
+        screen.say(message)
+
+    # --- history and codes ---
+    def _go(self, to: History, otherwise: str, screen: Screen) -> None:
+        if to is self._history:
+            screen.say(otherwise, good=True)
+        self._history = to
+
+    def _show_code(self, screen: Screen) -> None:
+        code = encode(self.document)
+        if len(code) <= MAX_LINE:
+            screen.show_code(code)
+            return
+        self._client.send_file_download(
+            f"screen{CODE_SUFFIX}", code.encode(), save_immediately=True
+        )
+        screen.say(
+            "The upload makes this code too long for a line; it was saved as a file", good=True
+        )
+
+    # --- the screen ---
+    @property
+    def _picture(self) -> Picture:
+        return Picture(self._facts, self.document, self._computed)
 
     def _show(self, screen: Screen) -> None:
-        screen.show(self.state)
-        self._kept = Kept(self.state)
+        picture = self._picture
+        screen.show(picture)
+        self._keep(screen, time.monotonic())
         with self._idle:
-            self._shown = self.state
+            self._shown = picture
             self._idle.notify_all()
 
-    def _drain(self, wait: float | None) -> list[do.Intent]:
-        """All waiting intents; when there are none, waits for the first, `wait` seconds at most."""
-        intents: list[do.Intent] = []
+    def _keep(self, screen: Screen, now: float) -> None:
+        """Have the tab keep what was just shown, though not at every step of a drag."""
+        document = self.document
+        if document == self._tab or (now - self._tab_time < KEEP_SECONDS and not self._settled):
+            return
+        code = encode(document)
+        if len(code) > asked.MAX_DOCUMENT:
+            code = encode(replace(document, target=None, run=None))
+            if self._tab is None or document.target != self._tab.target:
+                screen.say(NOT_KEPT, good=True)
+        screen.keep(code)
+        self._tab, self._tab_time = document, now
+
+    def _next_events(self) -> list[Event]:
+        """All waiting events; none, once, when they have rested for a moment."""
+        events: list[Event] = []
         try:
-            intent = self._queue.get(timeout=None if wait is None else max(wait, 0.001))
+            event = self._events.get(timeout=None if self._settled else SETTLE_SECONDS)
             while True:
-                if intent is not None:
-                    intents.append(intent)
-                intent = self._queue.get_nowait()
+                if event is not None:
+                    events.append(event)
+                event = self._events.get_nowait()
         except queue.Empty:
-            return intents
+            self._settled = not events
+            return events
 
-    def _submit(self, works: tuple[do.Work, ...]) -> None:
-        for work in works:
-            match work:
-                case do.GenerateWork():
-                    self._motions.submit(work, key=work.model)
-                case do.LandscapeWork():
-                    self._landscapes.submit(work, key=work.model)
-                case do.RecogniseWork():
-                    self._recognitions.submit(work)
-                case do.CancelRecogniseWork():
-                    self._recognitions.cancel()
-                case do.ExportWork():
-                    self._exports.submit(work)
-                case do.SendFile():
-                    self._client.send_file_download(
-                        work.file_name, work.content.encode(), save_immediately=True
-                    )
+    # --- beginning and end ---
+    def _run(self) -> None:
+        screen = None
+        try:
+            bridge = Bridge(self._client, self.send)
+            screen = Screen(self._client, bridge, self._robot, self._facts, self.send)
+            self._loop(screen)
+        except Exception:  # the thread's boundary: an error here must not pass unseen
+            if not self._closed:
+                log.exception("the page of browser %s broke off", self._client.client_id)
+                self._break_off(screen)
+        finally:
+            self._work.close()  # it may have been closed just before something more was wanted
 
+    def _break_off(self, screen: Screen | None) -> None:
+        """Stop, and say so. What the tab keeps is what was shown before the fault.
 
-_KINDS: dict[type, Literal["motion", "landscape", "recognition", "export"]] = {
-    do.GenerateWork: "motion",
-    do.LandscapeWork: "landscape",
-    do.RecogniseWork: "recognition",
-    do.ExportWork: "export",
-}
-
-
-def _failure(
-    work: do.GenerateWork | do.LandscapeWork | do.RecogniseWork | do.ExportWork, message: str
-) -> do.Intent:
-    return do.WorkFailed(_KINDS[type(work)], work.request, message)
+        Where that is what led to the fault, the tab keeps nothing, and a reload begins anew.
+        """
+        if screen is not None and self.document == self._tab:
+            screen.keep("")
+        self.close()
+        self._ended()
+        self._client.add_notification("That did not work", STOPPED, color="red")

@@ -1,4 +1,4 @@
-"""The studio that robots stand in: light, and a floor that fades into the backdrop."""
+"""The room that robots stand in, the same on every page: light, and a floor that fades away."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOOR_OPAQUE, FLOOR_RADIUS = 3.0, 9.0  # metres from the middle: the floor is al
 SECTORS = 96
 
 
-def setup_stage(scene: viser.SceneApi) -> None:
+def set_up_studio(scene: viser.SceneApi) -> None:
     """A floor and soft studio light: white shells keep their shape, the floor gets one shadow.
 
     No environment map: it arrives late, and software renderers pay for it in every pixel.

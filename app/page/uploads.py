@@ -12,9 +12,14 @@ from ...core.motion import MAX_CSV_BYTES
 from ...robot.eyes import parse_eye_colors
 from ...robot.importing import SUFFIXES, import_motion
 from ..state import intents as do
-from ..state.document import EyeTrack, ModelFacts
+from ..state.document import EyeTrack, target_of_motion
+from ..state.facts import ModelFacts
+from ..state.statecode import PREFIX
 
+MAX_UPLOAD_BYTES = MAX_CSV_BYTES
+TOO_LARGE = f"the file is larger than {MAX_UPLOAD_BYTES // 1_000_000} MB"
 MAX_NAME = 76  # characters
+CODE_SUFFIX = ".rnnpb"  # of a state code that is too long for a line
 log = logging.getLogger(__name__)
 
 
@@ -22,7 +27,7 @@ class UploadReader:
     """Reads files on threads of its own, one after another; the last one asked for counts.
 
     Args:
-        send: gets what a file is: `SetTarget` or `RefuseTarget`; called on one of those threads.
+        send: gets what a file is, as intents; called on one of those threads.
     """
 
     def __init__(self, send: Callable[[do.Intent], None]) -> None:
@@ -46,21 +51,24 @@ class UploadReader:
             if number < self._asked:  # something else was chosen meanwhile
                 return
             try:
-                intent = read_upload(name, load(), facts)
+                intents = read_upload(name, load(), facts)
             except Exception as error:  # the thread's boundary: nothing may vanish unseen
                 log.exception("reading the upload %r failed", name)
-                intent = do.RefuseTarget(f"the file could not be read: {error}")
+                intents = (do.Say(f"the file could not be read: {error}"),)
             if number == self._asked:
-                self._send(intent)
+                for intent in intents:
+                    self._send(intent)
 
 
-def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
-    """A motion as CSV, JSON or NAOqi script, whatever its name's end says it is.
+def read_upload(name: str, content: bytes, facts: ModelFacts) -> tuple[do.Intent, ...]:
+    """A motion as CSV, JSON or NAOqi script, whatever its name's end says it is; or a state code.
 
     The name is a label; no file is ever opened by it.
     """
-    if len(content) > MAX_CSV_BYTES:
-        return do.RefuseTarget(f"the file is larger than {MAX_CSV_BYTES // 1_000_000} MB")
+    if content.startswith(PREFIX.encode()):
+        return (do.RestoreCode(content.decode("ascii", "replace")),)
+    if len(content) > MAX_UPLOAD_BYTES:
+        return (do.Say(TOO_LARGE),)
     shown = "".join(c for c in name if c.isprintable())
     suffix = PurePosixPath(shown).suffix.lower()
     suffix = suffix if suffix in SUFFIXES else ".csv"
@@ -72,9 +80,10 @@ def read_upload(name: str, content: bytes, facts: ModelFacts) -> do.Intent:
             content, suffix, facts.joints, name=stem, source=source, fps=facts.fps
         )
     except InputError as error:
-        return do.RefuseTarget(str(error))
+        return (do.Say(str(error)),)
     eyes, remark = _eyes(content, source) if suffix == ".csv" else (None, "")
-    return do.SetTarget(motion, eyes, remark)
+    told = f"{motion.name}: {len(motion)} frames, ready to recognise{remark}"
+    return do.SetTarget(target_of_motion(motion, eyes)), do.Say(told, good=True)
 
 
 def _eyes(content: bytes, source: str) -> tuple[EyeTrack | None, str]:

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 from ...core.windows import WINDOW_RADIUS
-from ...robot.export import Export
 from ...robot.safety_report import SafetyReport, Violation
-from ..state.document import AppState, ModelFacts
+from ..state.picture import Picture
+from ..state.wanted import given_target
 
 MOST_LINES = 4  # of faults, or of joints
 MOST_NAMES = 6
 MOST_RUNS = 3  # of frames in a line
 
 
-def window_label(facts: ModelFacts, state: AppState) -> str:
-    if state.window == "absolute":
+def window_label(picture: Picture) -> str:
+    if picture.document.window == "absolute":
         return "±1"
     radius = WINDOW_RADIUS["sd"]
-    return f"±{radius} sd (±{radius * facts.mu_sd:.2f})"
+    return f"±{radius} sd (±{radius * picture.model.mu_sd:.2f})"
 
 
-def target_label(facts: ModelFacts, state: AppState) -> str:
+def target_label(picture: Picture) -> str:
     """What the motion and the landscape are compared with."""
-    target = state.recognition.target
-    if target is not None and state.use_target and target.joints == facts.joints:
+    target = given_target(picture.facts, picture.document, picture.active)
+    if target is not None:
         return target.name
-    motion = state.current.latent.motion
+    facts, motion = picture.model, picture.choice.latent.motion
     if facts.data[motion] is not None:
         return f"{facts.motions[motion]} (data)"
     return f"{facts.motions[motion]} (own reconstruction, σ = 0)"
@@ -60,17 +60,3 @@ def names_line(names: tuple[str, ...]) -> str:
     """Names with commas between, and how many more there are."""
     rest = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {rest} more" if rest > 0 else "")
-
-
-def export_summary(file_name: str, export: Export, *, insisted: bool) -> str:
-    """One line on a file that was written."""
-    line = f"{file_name}: {len(export.motion)} frames"
-    if insisted:
-        beyond = "" if export.report.light == "green" else ", beyond the limits of the robot"
-        return f"{line}, as generated{beyond}"
-    if not export.changes:
-        return f"{line}, within the limits as generated"
-    worst = sorted(export.changes.items(), key=lambda item: -item[1])
-    joints = ", ".join(f"{joint} by up to {change:.3f}" for joint, change in worst[:MOST_LINES])
-    more = f" and {len(worst) - MOST_LINES} more" if len(worst) > MOST_LINES else ""
-    return f"{line}, limited: {joints}{more}"

@@ -1,266 +1,192 @@
-"""What is on one browser's screen, as plain values.
+"""Everything that a person chose on one page, and nothing else: immutable, complete, plain values.
 
-The state holds no handles, no locks and no tensors. `update.py` alone makes a new one from an old
-one. What never changes while the app runs (the learned PBs, names, lengths) stands in `ModelFacts`,
-beside the state.
+What is not in the document cannot be undone, restored or shared. Undo is an earlier document
+(history.py), a state code is a document written down (statecode.py), and what has to be computed
+follows from it (wanted.py). A new choice is a new field here, with its bounds: it is then undone,
+shared and restored without another line.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from msgspec import Meta, Struct
+from numpy.typing import ArrayLike, NDArray
 
-from ...core.latent_map import LatentMap, spread
-from ...core.motion import Motion, MotionLabel
-from ...core.windows import Landscape, Window
+from ...core.motion import Motion, check_length
+from ...core.recognition_run import Init
+from ...core.windows import Window
 from ...robot.formats import Format
-from ...robot.safety_report import SafetyReport
 
-if TYPE_CHECKING:
-    from .intents import LandscapeWork
-
-Array = NDArray[np.float64]
-EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 Colouring = Literal["class", "valence", "arousal"]
-RecognitionStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
-Init = Literal["learned", "baseline", "random"]
+EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
+
+# The one set of bounds for mu, sigma and epsilon, wherever they come from: far beyond everything
+# that a model or a recognition reaches, and safe to compute with.
+MAX_PB = 1e6
+MAX_SPEED, MIN_SPEED = 3.0, 0.1
+MIN_OBSERVED = 0.1
+MAX_ITERATIONS, MAX_TRIALS = 300, 10
+MAX_COUNT = 2**32 - 1
+
+Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
+Width = Annotated[float, Meta(ge=0, le=MAX_PB)]
+Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
+Name = Annotated[str, Meta(max_length=255)]  # as long as a file's name can be
+Axes = Annotated[tuple[Annotated[int, Meta(ge=0, le=127)], ...], Meta(min_length=1, max_length=2)]
 
 
-@dataclass(frozen=True, eq=False)
-class ModelFacts:
-    """What is known of one loaded model; the same for every browser."""
+class Latent(Struct, frozen=True, forbid_unknown_fields=True):
+    """One point of the latent space and the noise that turns it into a PB (eq. 1); D each."""
 
-    name: str
-    mu: Array  # (N, D)
-    sigma: Array  # (N, D), zeros for a deterministic model
-    stochastic: bool
-    beta: float | None
-    joints: tuple[str, ...]
-    fps: float
-    motions: tuple[str, ...]
-    lengths: tuple[int, ...]
-    labels: dict[str, MotionLabel]
-    latent_map: LatentMap
-    data: tuple[Motion | None, ...]  # the training motions, where the app was given them
-    eyes: tuple[EyeTrack | None, ...] = ()  # their eye colours; () where none have any
-
-    @property
-    def pb_dim(self) -> int:
-        return int(self.mu.shape[1])
-
-    @property
-    def mu_sd(self) -> float:
-        """Standard deviation of the learned mu, averaged over dimensions: a window's unit."""
-        return spread(self.mu)
-
-
-@dataclass(frozen=True, eq=False)
-class Latent:
-    """One point of the latent space and the noise that turns it into a PB (eq. 1)."""
-
-    motion: int  # the selected learned motion
-    mu: Array  # (D,)
-    sigma: Array  # (D,)
-    epsilon: Array  # (D,), kept so that sigma moves the motion smoothly
+    motion: Count  # the selected learned motion
+    mu: tuple[Coordinate, ...]
+    sigma: tuple[Width, ...]
+    epsilon: tuple[Coordinate, ...]  # kept, so that sigma moves the motion smoothly
 
     @property
-    def pb(self) -> Array:
-        return self.mu + self.sigma * self.epsilon
+    def pb(self) -> tuple[float, ...]:
+        return tuple(m + s * e for m, s, e in zip(self.mu, self.sigma, self.epsilon, strict=True))
 
 
-@dataclass(frozen=True, eq=False)
-class GeneratedMotion:
-    """A finished generation and the request that asked for it."""
-
-    request: int
-    positions: NDArray[np.float32]  # (T, J)
-    reference: NDArray[np.float32]  # (T', J) what it is compared with: the target
+def vector(values: ArrayLike) -> tuple[float, ...]:
+    """(D,) within the bounds, as a document keeps it."""
+    clipped: list[float] = np.clip(np.asarray(values, np.float64), -MAX_PB, MAX_PB).tolist()
+    return tuple(clipped)
 
 
-@dataclass(frozen=True, eq=False)
-class CheckedMotion:
-    """What a generated motion asks of the robot, and the request that generated it."""
+class ModelChoice(Struct, frozen=True, forbid_unknown_fields=True):
+    """Which model, and where it stands."""
 
-    request: int
-    report: SafetyReport
-    limited: NDArray[np.float32] | None  # (T, J) within the limits; where both are to be seen
+    name: Name
 
-
-@dataclass(frozen=True, eq=False)
-class ComputedLandscape:
-    """A landscape, coarse or complete, and the request that asked for it."""
-
-    request: int
-    values: Landscape
+    latent: Latent
+    # (D,) the landscape's middle: a learned mu, or where the puck left the window.
+    anchor: tuple[Coordinate, ...]
 
 
-@dataclass(frozen=True)
-class Playback:
+class Playback(Struct, frozen=True, forbid_unknown_fields=True):
     playing: bool = True
-    phase: float = 0.0  # 0 .. 1 through the motion, so that it survives a change of length
-    speed: float = 1.0
+    phase: Annotated[float, Meta(ge=0, le=1)] = 0.0  # it survives a change of length
+    speed: Annotated[float, Meta(ge=MIN_SPEED, le=MAX_SPEED)] = 1.0
     loop: bool = True
 
 
-@dataclass(frozen=True, eq=False)
-class RecognitionTrace:
-    """The iterations so far; K trials, S iterations, D = D_PB."""
+class Target(Struct, frozen=True, forbid_unknown_fields=True):
+    """A motion that a person gave."""
 
-    mu: Array  # (S + 1, K, D), the last row after the last step
-    sigma: Array  # (S + 1, K, D)
-    pb: Array  # (S, K, D)
-    loss: Array  # (S, K)
-    prediction_error: Array  # (S, K)
-    early_update: NDArray[np.bool_]  # (S, K)
+    name: Name
+    joints: tuple[Name, ...]
+    fps: Annotated[float, Meta(gt=0, le=1000)]
+    positions: bytes  # (T, J) little-endian float32, radians
+    eyes: bytes = b""  # (T, 2, 8, 3) uint8, or nothing: the colours that came with it
+
+    def __post_init__(self) -> None:
+        frame = 4 * len(self.joints)
+        if not frame or not self.positions or len(self.positions) % frame:
+            raise ValueError("a motion of broken frames")
+        check_length(len(self), "the motion")
+        if not np.isfinite(np.frombuffer(self.positions, "<f4")).all():
+            raise ValueError("a motion with NaN or infinity")
+        if self.eyes and len(self.eyes) != len(self) * 48:
+            raise ValueError("eye colours of another number of frames")
+
+    def __len__(self) -> int:
+        return len(self.positions) // (4 * len(self.joints))
 
     @property
-    def iterations(self) -> int:
-        return len(self.loss)
+    def array(self) -> NDArray[np.float32]:
+        """(T, J) radians; read-only."""
+        return np.frombuffer(self.positions, "<f4").reshape(-1, len(self.joints))
 
     @property
-    def best(self) -> tuple[int, int]:
-        """(iteration, trial) of the lowest loss so far; NaN is never the lowest."""
-        loss = np.where(np.isnan(self.loss), np.inf, self.loss)
-        iteration, trial = np.unravel_index(int(loss.argmin()), loss.shape)
-        return int(iteration), int(trial)
+    def eye_track(self) -> EyeTrack | None:
+        """(T, 2, 8, 3) from 0 to 1, where colours came with the motion."""
+        if not self.eyes:
+            return None
+        eyes = np.frombuffer(self.eyes, np.uint8).reshape(-1, 2, 8, 3)
+        track: EyeTrack = eyes.astype(np.float32) / np.float32(255)
+        return track
 
 
-@dataclass(frozen=True, eq=False)
-class Recognition:
-    """The target a person gave, the settings, and the run."""
+def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
+    """The motion as a document keeps it."""
+    return Target(
+        motion.name[:255],
+        motion.joints,
+        motion.fps,
+        np.ascontiguousarray(motion.positions, "<f4").tobytes(),
+        b"" if eyes is None else (eyes * 255).round().astype(np.uint8).tobytes(),
+    )
 
-    target: Motion | None = None
-    eyes: EyeTrack | None = None  # that came with the target
-    observed: float = 0.8
+
+class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """What the next run will do."""
+
+    observed: Annotated[float, Meta(ge=MIN_OBSERVED, le=1)] = 0.8
     init: Init = "learned"
-    iterations: int = 100
-    trials: int = 1
-    status: RecognitionStatus = "idle"
-    request: int = 0
-    model: int = 0  # the model that the run belongs to
-    planned: int = 0  # iterations of the run; `iterations` may be set anew meanwhile
-    trace: RecognitionTrace | None = None
-    trial: int = 0  # the trial that is drawn
-    shown: int | None = None  # the iteration scrubbed to; None where nobody has
-    message: str = ""
+    iterations: Annotated[int, Meta(ge=1, le=MAX_ITERATIONS)] = 100
+    trials: Annotated[int, Meta(ge=1, le=MAX_TRIALS)] = 1
+
+
+class Run(Struct, frozen=True, forbid_unknown_fields=True):
+    """A recognition that somebody started; its iterations are computed from this.
+
+    While it is not settled the model's latent is its newest iterate; afterwards the best PB that
+    was sampled, the last iterate where it was cancelled, or the one that somebody looks at.
+    """
+
+    model: Count
+    settings: RecognitionSettings
+    seed: Count
+    done: Annotated[int, Meta(ge=0, le=MAX_ITERATIONS)] = 0  # iterations that were followed
+    settled: bool = False  # it ended, or somebody ended it after `done` iterations
+    follows: bool = True  # the model's latent is what the run shows; a hand on it ends that
+    trial: Annotated[int, Meta(ge=0, lt=MAX_TRIALS)] = 0  # the one that is drawn
+    # The iteration scrubbed to; None where nobody has.
+    shown: Annotated[int, Meta(ge=0, lt=MAX_ITERATIONS)] | None = None
 
     @property
-    def iteration(self) -> int:
-        """The iteration that was put on the screen last, from 0: by hand, or by the run."""
-        if self.trace is None:
-            return 0
-        if self.shown is not None:
-            return self.shown
-        return self.trace.best[0] if self.status == "finished" else self.trace.iterations - 1
-
-    def with_settings_of(self, other: Recognition) -> Recognition:
-        """This target and run, but what is set for the next run as in another recognition."""
-        return replace(
-            self,
-            observed=other.observed,
-            init=other.init,
-            iterations=other.iterations,
-            trials=other.trials,
-        )
+    def complete(self) -> bool:
+        return self.settled and self.done == self.settings.iterations
 
 
-@dataclass(frozen=True, eq=False)
-class ModelState:
-    """One model on the screen and what was computed for it."""
-
-    latent: Latent
-    anchor: Array  # (D,) the landscape's middle: the learned mu, or where the puck left the window
-    motion: GeneratedMotion | None = None
-    checked: CheckedMotion | None = None
-    landscape: ComputedLandscape | None = None
-    motion_request: int = 0
-    landscape_request: int = 0
-    landscape_asked: LandscapeWork | None = None  # the last one, whether it has come or not
-
-
-@dataclass(frozen=True)
-class ExportOptions:
-    """How a motion becomes a file for a robot. `written` says what the last one was."""
+class ExportOptions(Struct, frozen=True, forbid_unknown_fields=True):
+    """How a motion becomes a file for a robot."""
 
     file_format: Format = "csv"
     safe_posture: bool = False  # start from and return to it
     beyond_limits: bool = False  # insist on the motion as it was generated
-    request: int = 0
-    written: str = ""
 
 
-@dataclass(frozen=True)
-class Notice:
-    """A line for the person; `number` tells one notice from the next with the same words."""
+class Document(Struct, frozen=True, forbid_unknown_fields=True):
+    """One page as a person has arranged it."""
 
-    number: int
-    text: str
-    good: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class AppState:
-    """Everything on the screen of one browser."""
-
-    models: tuple[ModelState, ...]
-    active: int = 0  # the model that the boards, sliders and recognition speak of
-    playback: Playback = field(default_factory=Playback)
-    recognition: Recognition = field(default_factory=Recognition)
-    map_axes: tuple[int, ...] = (0, 1)  # principal components, from 0
-    landscape_axes: tuple[int, ...] | Literal["pca"] = (0, 1)  # mu dimensions, or the map's plane
+    models: tuple[ModelChoice, ...]
+    active: Count = 0  # the model that the boards, sliders and recognition speak of
+    playback: Playback = Playback()
+    target: Target | None = None
+    use_target: bool = True  # compare with an uploaded motion where there is one
+    recognition: RecognitionSettings = RecognitionSettings()
+    run: Run | None = None
+    map_axes: Axes = (0, 1)  # principal components, from 0
+    landscape_axes: Axes | Literal["pca"] = (0, 1)  # components of mu, or the map's plane
     window: Window = "absolute"
     colouring: Colouring = "class"
-    joint: str = ""  # shown in the Joints panel; "" = those that move most
+    joint: Name = ""  # shown in the Joints panel; "" = those that move most
+    first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
     side_by_side: bool = False  # the limited motion on a second robot
+    ghosts: bool = False  # samples from N(mu, sigma^2) around the robot
     eyes: bool = True  # colour the eyes where the motion has a track for them
-    export: ExportOptions = field(default_factory=ExportOptions)
-    use_target: bool = True  # the landscape compares with an uploaded motion where there is one
-    seed: int = 0
-    draws: int = 0  # random draws so far; with the seed, what the next draw will be
-    requests: int = 0  # the last request number given out
-    undo: tuple[Moment, ...] = ()
-    redo: tuple[Moment, ...] = ()
-    gesture: str = ""  # the gesture whose beginning the last undo entry holds
-    rested: float = 0.0  # seconds since the gesture last moved the latent
-    notice: Notice | None = None
+    export: ExportOptions = ExportOptions()
+    seed: Count = 0
+    draws: Count = 0  # random draws so far; with the seed, what the next draw will be
 
     @property
-    def current(self) -> ModelState:
+    def current(self) -> ModelChoice:
         return self.models[self.active]
 
-
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """What undo goes back to."""
-
-    active: int
-    latents: tuple[Latent, ...]
-    recognition: Recognition
-    screen: AppState | None = None  # where a state code replaced all of it
-
-
-def initial_latent(facts: ModelFacts, motion: int) -> Latent:
-    """The learned PB of a motion without noise: its reconstruction."""
-    return Latent(
-        motion=motion,
-        mu=facts.mu[motion].copy(),
-        sigma=facts.sigma[motion].copy(),
-        epsilon=np.zeros(facts.pb_dim),
-    )
-
-
-def initial_state(facts: tuple[ModelFacts, ...], seed: int = 0, motion: int = 0) -> AppState:
-    """The screen as it opens: one motion, playing; the same of every model that has learnt it."""
-    first = facts[0]
-    name = first.motions[min(motion, len(first.motions) - 1)]
-    models = tuple(
-        ModelState(latent, anchor=latent.mu)
-        for one in facts
-        for index in [one.motions.index(name) if name in one.motions else motion]
-        for latent in [initial_latent(one, min(index, len(one.motions) - 1))]
-    )
-    axes = (0, 1)[: first.pb_dim]
-    return AppState(models=models, map_axes=axes, landscape_axes=axes, seed=seed)
+    @property
+    def running(self) -> bool:
+        return self.run is not None and not self.run.settled

@@ -1,6 +1,7 @@
-"""What a person or a worker asks of the state. Values are absolute, never deltas.
+"""What a person asks for. Values are absolute, never deltas; each intent is plain data.
 
-Each intent is plain data; `update.py` says what it does.
+What an intent does to the document is said in `update.py`; what is asked of the page itself (undo,
+files, codes) in `history.py` and in the page's session.
 """
 
 from __future__ import annotations
@@ -8,21 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ...core.motion import Motion
 from ...core.windows import Window
-from .document import (
-    Array,
-    CheckedMotion,
-    Colouring,
-    ComputedLandscape,
-    ExportOptions,
-    EyeTrack,
-    Init,
-    RecognitionTrace,
-)
+from .document import Colouring, Target
 
 
 # --- a point of the latent space ---
@@ -52,8 +40,9 @@ class SetSigma:
 
 @dataclass(frozen=True)
 class MoveOnMap:
-    """The puck was dragged on the PB map to these coordinates of these principal components."""
+    """The puck was dragged on a model's PB map to coordinates of these principal components."""
 
+    model: int
     axes: tuple[int, ...]
     to: tuple[float, ...]
     gesture: int  # one number a drag, so that undo takes back the drag as a whole
@@ -61,8 +50,13 @@ class MoveOnMap:
 
 @dataclass(frozen=True)
 class MoveOnLandscape:
-    """The puck was dragged on the landscape to these values of its axes."""
+    """The puck was dragged on a model's landscape to these values of its axes.
 
+    axes: the labels that stood at them; where the landscape has others by now, nothing moves.
+    """
+
+    model: int
+    axes: tuple[str, ...]
     to: tuple[float, ...]
     gesture: int
 
@@ -87,20 +81,27 @@ class ClearNoise:
     """epsilon = 0: the motion at mu itself."""
 
 
-@dataclass(frozen=True)
-class Undo:
-    pass
-
-
-@dataclass(frozen=True)
-class Redo:
-    pass
+LatentIntent = (
+    SelectModel
+    | SelectMotion
+    | SetMu
+    | SetSigma
+    | MoveOnMap
+    | MoveOnLandscape
+    | ResetLatent
+    | RandomiseLatent
+    | NewNoise
+    | ClearNoise
+)
 
 
 # --- playback ---
 @dataclass(frozen=True)
 class SetPlaying:
+    """Play, or rest; from or at a frame, where the browser that plays says one."""
+
     playing: bool
+    frame: float | None = None
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class TogglePlaying:
 
 @dataclass(frozen=True)
 class Seek:
-    frame: int
+    frame: float
 
 
 @dataclass(frozen=True)
@@ -123,14 +124,10 @@ class SetLoop:
     loop: bool
 
 
-@dataclass(frozen=True)
-class Tick:
-    """Time went by."""
-
-    seconds: float
+PlaybackIntent = SetPlaying | TogglePlaying | Seek | SetSpeed | SetLoop
 
 
-# --- what the boards and plots show ---
+# --- what the boards, plots and panels show ---
 @dataclass(frozen=True)
 class SetMapAxes:
     axes: tuple[int, ...]
@@ -157,8 +154,22 @@ class SetJoint:
 
 
 @dataclass(frozen=True)
+class ShowSliders:
+    """The page of sliders that begins with this dimension."""
+
+    first: int
+
+
+@dataclass(frozen=True)
 class SetUseTarget:
     use_target: bool
+
+
+@dataclass(frozen=True)
+class SetGhosts:
+    """Samples from N(mu, sigma^2) around the robot, and their band on the joint curves."""
+
+    ghosts: bool
 
 
 @dataclass(frozen=True)
@@ -168,7 +179,6 @@ class SetEyes:
     eyes: bool
 
 
-# --- the robot ---
 @dataclass(frozen=True)
 class SetSideBySide:
     """The motion as generated and within the limits, on two robots."""
@@ -182,31 +192,25 @@ class SetExportOption:
     value: str | bool
 
 
-@dataclass(frozen=True)
-class ExportMotion:
-    """Write the motion on the screen as a file, and hand it to the browser."""
-
-
-@dataclass(frozen=True)
-class DownloadMotion:
-    """The same as CSV and just as it is, whatever is set for an export."""
+ViewIntent = (
+    SetMapAxes
+    | SetLandscapeAxes
+    | SetWindow
+    | SetColouring
+    | SetJoint
+    | ShowSliders
+    | SetUseTarget
+    | SetGhosts
+    | SetEyes
+    | SetSideBySide
+    | SetExportOption
+)
 
 
 # --- recognition ---
-@dataclass(frozen=True, eq=False)
-class SetTarget:
-    """eyes: the colour track that came with the motion. remark: what else is to be known of it."""
-
-    motion: Motion
-    eyes: EyeTrack | None = None
-    remark: str = ""
-
-
 @dataclass(frozen=True)
-class RefuseTarget:
-    """An upload that is no motion."""
-
-    reason: str
+class SetTarget:
+    target: Target
 
 
 @dataclass(frozen=True)
@@ -238,165 +242,64 @@ class ScrubRecognition:
     trial: int
 
 
-# --- what workers report ---
-@dataclass(frozen=True, eq=False)
-class MotionReady:
-    model: int
-    request: int
-    positions: NDArray[np.float32]  # (T, J)
-    reference: NDArray[np.float32]  # (T', J)
-
-
-@dataclass(frozen=True, eq=False)
-class MotionChecked:
-    model: int
-    checked: CheckedMotion
-
-
-@dataclass(frozen=True)
-class ExportReady:
-    request: int
-    file_name: str
-    content: str
-    summary: str
-
-
-@dataclass(frozen=True, eq=False)
-class LandscapeReady:
-    model: int
-    landscape: ComputedLandscape
-
-
-@dataclass(frozen=True, eq=False)
-class RecognitionStepped:
-    request: int
-    trace: RecognitionTrace
-
-
-@dataclass(frozen=True)
-class RecognitionFinished:
-    request: int
-
-
-@dataclass(frozen=True)
-class WorkFailed:
-    work: Literal["motion", "landscape", "recognition", "export"]
-    request: int
-    message: str
-
-
-# --- the whole screen ---
-@dataclass(frozen=True)
-class RestoreCode:
-    """Restore the screen from a state code."""
-
-    code: str
-
-
-Intent = (
-    SelectModel
-    | SelectMotion
-    | SetMu
-    | SetSigma
-    | MoveOnMap
-    | MoveOnLandscape
-    | ResetLatent
-    | RandomiseLatent
-    | NewNoise
-    | ClearNoise
-    | Undo
-    | Redo
-    | SetPlaying
-    | TogglePlaying
-    | Seek
-    | SetSpeed
-    | SetLoop
-    | Tick
-    | SetMapAxes
-    | SetLandscapeAxes
-    | SetWindow
-    | SetColouring
-    | SetJoint
-    | SetUseTarget
-    | SetEyes
-    | SetSideBySide
-    | SetExportOption
-    | ExportMotion
-    | DownloadMotion
-    | SetTarget
-    | RefuseTarget
+RecognitionIntent = (
+    SetTarget
     | ClearTarget
     | SetRecognitionOption
     | StartRecognition
     | CancelRecognition
     | ScrubRecognition
-    | MotionReady
-    | MotionChecked
-    | ExportReady
-    | LandscapeReady
-    | RecognitionStepped
-    | RecognitionFinished
-    | WorkFailed
-    | RestoreCode
 )
 
 
-# --- the work that an update can want ---
-@dataclass(frozen=True, eq=False)
-class GenerateWork:
-    model: int
-    request: int
-    pb: Array  # (D,)
-    steps: int
-    motion: int  # whose reconstruction is the reference where there is no target
-    target: NDArray[np.float32] | None  # (T, J) the reference
-    limited: bool = False  # whether the motion within the robot's limits is wanted, too
-
-
-@dataclass(frozen=True, eq=False)
-class LandscapeWork:
-    model: int
-    request: int
-    center: Array  # (D,) where the window's middle lies
-    directions: Array  # (A, D), A = 1 or 2 axes
-    zero: Array  # (D,) where the values on the axes are 0
-    radius: float
-    target: NDArray[np.float32] | None  # (T, J); None = the model's own reconstruction
-    motion: int  # whose reconstruction that is
-
-
-@dataclass(frozen=True, eq=False)
-class RecogniseWork:
-    model: int
-    request: int
-    target: NDArray[np.float32]
-    observed: float
-    init: Init
-    iterations: int
-    trials: int
-    seed: int
-
-
+# --- the way through documents ---
 @dataclass(frozen=True)
-class CancelRecogniseWork:
+class Undo:
     pass
 
 
-@dataclass(frozen=True, eq=False)
-class ExportWork:
-    model: int
-    request: int
-    name: str
-    positions: NDArray[np.float32]  # (T, J)
-    options: ExportOptions
+@dataclass(frozen=True)
+class Redo:
+    pass
 
 
 @dataclass(frozen=True)
-class SendFile:
-    """Hand a file to the browser."""
+class RestoreCode:
+    """Put the document of a state code on the screen."""
 
-    file_name: str
-    content: str
+    code: str
 
 
-Work = GenerateWork | LandscapeWork | RecogniseWork | CancelRecogniseWork | ExportWork | SendFile
+# --- what the page does beside its document ---
+@dataclass(frozen=True)
+class ExportMotion:
+    """Write the motion on the screen as a file, and hand it to the browser."""
+
+
+@dataclass(frozen=True)
+class DownloadMotion:
+    """The same as CSV and just as it is, whatever is set for an export."""
+
+
+@dataclass(frozen=True)
+class ShowCode:
+    """Write the state code of this screen where a person can copy it."""
+
+
+@dataclass(frozen=True)
+class ResetView:
+    """Look at everything from the front."""
+
+
+@dataclass(frozen=True)
+class Say:
+    """A line for the person."""
+
+    text: str
+    good: bool = False
+
+
+DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
+HistoryIntent = Undo | Redo | RestoreCode
+PageIntent = ExportMotion | DownloadMotion | ShowCode | ResetView | Say
+Intent = DocumentIntent | HistoryIntent | PageIntent

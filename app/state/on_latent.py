@@ -1,218 +1,167 @@
-"""What moves a model through its latent space: selecting, dragging, sliders, noise, undo. Pure."""
+"""What moves a model through its latent space: selecting, dragging, sliders, noise. Pure."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import assert_never
 
 import numpy as np
+from msgspec.structs import replace
+from numpy.typing import ArrayLike
 
 from . import intents as do
-from .document import AppState, Array, Moment, initial_latent
-from .slices import fitting_axes, landscape_slice, moved_on_landscape, valid_axes
-from .transitions import (
-    Facts,
-    Update,
-    follow_landscape,
-    moment,
-    notify,
-    put_model,
-    remember,
-    show_latent,
-    stop_recognition,
-    want_motion,
+from .document import MAX_COUNT, Document, Latent, vector
+from .facts import Facts, ModelFacts
+from .opening import learned_latent
+from .planes import (
+    fitting_axes,
+    inside_window,
+    landscape_plane,
+    moved_on_landscape,
+    valid_axes,
 )
 
-MAX_MU = 20.0  # far beyond every learned mu; nothing sensible is generated out there
-MAX_SIGMA = 5.0
+
+def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> Document:
+    one = facts[document.active]
+    latent = document.current.latent
+    match intent:
+        case do.SelectModel(index):
+            return _select_model(facts, document, index)
+        case do.SelectMotion(index):
+            return _select_motion(facts, document, index)
+        case do.ResetLatent():
+            return _select_motion(facts, document, latent.motion)
+        case do.SetMu(dim, value) if _is_number(value) and 0 <= dim < one.pb_dim:
+            return _move(document, mu=_with(latent.mu, dim, value))
+        case do.SetSigma(dim, value) if _is_number(value) and 0 <= dim < one.pb_dim:
+            return _move(document, sigma=_with(latent.sigma, dim, max(value, 0.0)))
+        case do.MoveOnMap(model, axes, to):
+            if model != document.active or not valid_axes(axes, one.pb_dim):
+                return document
+            if not _is_point(to, len(axes)):
+                return document
+            return _move(document, mu=one.latent_map.move(latent.mu, axes, to))
+        case do.MoveOnLandscape():
+            return _move_on_landscape(one, document, intent)
+        case do.RandomiseLatent():
+            document, random = _draw(document)
+            scale = one.latent_map.scale
+            mu = one.latent_map.unproject(random.standard_normal(len(scale)) * scale)
+            return _move(document, mu=mu)
+        case do.NewNoise():
+            document, random = _draw(document)
+            return _move(document, epsilon=random.standard_normal(one.pb_dim))
+        case do.ClearNoise():
+            return _move(document, epsilon=np.zeros(one.pb_dim))
+        case do.SetMu() | do.SetSigma():
+            return document
+        case _:
+            assert_never(intent)
 
 
 def _move(
-    facts: Facts,
-    state: AppState,
-    gesture: str,
+    document: Document,
     *,
-    mu: Array | None = None,
-    sigma: Array | None = None,
-    epsilon: Array | None = None,
-) -> Update:
+    mu: ArrayLike | None = None,
+    sigma: ArrayLike | None = None,
+    epsilon: ArrayLike | None = None,
+) -> Document:
     """A person moves the active model's latent by hand; a recognition that drives it stops."""
-    state, works = stop_recognition(state)
-    state = remember(state, gesture)
-    old = state.current.latent
+    changes = {"mu": mu, "sigma": sigma, "epsilon": epsilon}
     latent = replace(
-        old,
-        mu=np.clip(old.mu if mu is None else mu, -MAX_MU, MAX_MU),
-        sigma=old.sigma if sigma is None else sigma,
-        epsilon=old.epsilon if epsilon is None else epsilon,
+        document.current.latent,
+        **{name: vector(values) for name, values in changes.items() if values is not None},
     )
-    state, more = show_latent(facts, state, state.active, latent)
-    return state, works + more
+    document = put_latent(document, document.active, latent)
+    return end_run(document, by_hand=True)
 
 
-def select_model(facts: Facts, state: AppState, intent: do.SelectModel) -> Update:
-    if not 0 <= intent.index < len(facts) or intent.index == state.active:
-        return state, ()
-    state, works = stop_recognition(state)
-    state = _activate(facts, remember(state, ""), intent.index)
-    if state.side_by_side:
-        state, more = want_motion(facts, state, intent.index)
-        works += more
-    state, more = follow_landscape(facts, state, intent.index)
-    return state, works + more
+def put_latent(
+    document: Document, index: int, latent: Latent, anchor: tuple[float, ...] | None = None
+) -> Document:
+    choice = document.models[index]
+    choice = replace(choice, latent=latent, anchor=choice.anchor if anchor is None else anchor)
+    models = (*document.models[:index], choice, *document.models[index + 1 :])
+    return replace(document, models=models)
 
 
-def _activate(facts: Facts, state: AppState, index: int) -> AppState:
+def end_run(document: Document, *, by_hand: bool = False) -> Document:
+    """Stop a recognition that is under way; a hand takes the latent from a finished one, too."""
+    run = document.run
+    if run is None:
+        return document
+    run = replace(run, settled=True, follows=run.follows and not by_hand)
+    return replace(document, run=run)
+
+
+def _select_model(facts: Facts, document: Document, index: int) -> Document:
     """Have the boards speak of a model, along axes that it has."""
+    if index == document.active or not 0 <= index < len(facts):
+        return document
     dim = facts[index].pb_dim
-    axes = state.landscape_axes
+    axes = document.landscape_axes
     return replace(
-        state,
+        end_run(document),
         active=index,
-        map_axes=fitting_axes(state.map_axes, dim),
+        first_slider=0,
+        map_axes=fitting_axes(document.map_axes, dim),
         landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),
     )
 
 
-def select_motion(facts: Facts, state: AppState, intent: do.SelectMotion) -> Update:
-    if not 0 <= intent.index < len(facts[state.active].motions):
-        return state, ()
-    state, works = stop_recognition(state)
-    state = remember(state, "")
-    # Side by side, models show the same motion where both have learnt it.
-    name = facts[state.active].motions[intent.index]
-    for index, model_facts in enumerate(facts):
-        if index == state.active or name in model_facts.motions:
-            motion = intent.index if index == state.active else model_facts.motions.index(name)
-            latent = initial_latent(model_facts, motion)
-            model = replace(state.models[index], latent=latent, anchor=latent.mu)
-            state, more = show_latent(facts, put_model(state, index, model), index, latent)
-            works += more
-    return state, works
+def _select_motion(facts: Facts, document: Document, motion: int) -> Document:
+    """Side by side, models show the same motion where both have learnt it."""
+    if not 0 <= motion < len(facts[document.active].motions):
+        return document
+    name = facts[document.active].motions[motion]
+    for index, one in enumerate(facts):
+        if index == document.active or name in one.motions:
+            own = motion if index == document.active else one.motions.index(name)
+            latent = learned_latent(one, own)
+            document = put_latent(document, index, latent, anchor=latent.mu)
+    return end_run(document, by_hand=True)
 
 
-def set_mu(facts: Facts, state: AppState, intent: do.SetMu) -> Update:
-    mu = state.current.latent.mu.copy()
-    if not 0 <= intent.dim < len(mu) or not np.isfinite(intent.value):
-        return state, ()
-    mu[intent.dim] = intent.value
-    return _move(facts, state, f"mu {intent.dim}", mu=mu)
+def _move_on_landscape(
+    facts: ModelFacts, document: Document, intent: do.MoveOnLandscape
+) -> Document:
+    where = landscape_plane(facts, document, document.current)
+    drawn = (intent.model, intent.axes) == (document.active, where.labels)
+    if not drawn or not _is_point(intent.to, len(where.middle)):
+        return document
+    to = np.clip(intent.to, where.middle - where.radius, where.middle + where.radius)
+    mu = moved_on_landscape(facts, document, document.current.latent.mu, tuple(to.tolist()))
+    return _move(document, mu=mu)
 
 
-def set_sigma(facts: Facts, state: AppState, intent: do.SetSigma) -> Update:
-    latent = state.current.latent
-    if not 0 <= intent.dim < len(latent.sigma) or not np.isfinite(intent.value):
-        return state, ()
-    sigma = latent.sigma.copy()
-    sigma[intent.dim] = np.clip(intent.value, 0.0, MAX_SIGMA)
-    return _move(facts, state, f"sigma {intent.dim}", sigma=sigma)
+def hold_pucks(facts: Facts, document: Document) -> Document:
+    """Move a landscape's window to the puck that has left it."""
+    for index, one in enumerate(facts):
+        choice = document.models[index]
+        if document.run is not None and document.running and document.run.model == index:
+            continue  # a recognition passes through; the window waits for where it ends
+        if not inside_window(one, document, choice):
+            document = put_latent(document, index, choice.latent, anchor=choice.latent.mu)
+    return document
+
+
+def _draw(document: Document) -> tuple[Document, np.random.Generator]:
+    """A generator made from the seed and the number of draws, so that a session replays."""
+    random = np.random.default_rng([document.seed, document.draws])
+    return count_draw(document), random
+
+
+def count_draw(document: Document) -> Document:
+    return replace(document, draws=(document.draws + 1) % (MAX_COUNT + 1))
+
+
+def _with(values: tuple[float, ...], dim: int, value: float) -> tuple[float, ...]:
+    return (*values[:dim], value, *values[dim + 1 :])
+
+
+def _is_number(value: float) -> bool:
+    return bool(np.isfinite(value))
 
 
 def _is_point(values: tuple[float, ...], axes: int) -> bool:
     return len(values) == axes and bool(np.isfinite(values).all())
-
-
-def move_on_map(facts: Facts, state: AppState, intent: do.MoveOnMap) -> Update:
-    latent_map, dim = facts[state.active].latent_map, facts[state.active].pb_dim
-    if not valid_axes(intent.axes, dim) or not _is_point(intent.to, len(intent.axes)):
-        return state, ()
-    mu = latent_map.move(state.current.latent.mu, intent.axes, intent.to)
-    return _move(facts, state, f"drag {intent.gesture}", mu=mu)
-
-
-def move_on_landscape(facts: Facts, state: AppState, intent: do.MoveOnLandscape) -> Update:
-    where = landscape_slice(facts[state.active], state, state.current)
-    if not _is_point(intent.to, len(where.middle)):
-        return state, ()
-    low, high = where.middle - where.radius, where.middle + where.radius
-    to = tuple(np.clip(intent.to, low, high).tolist())
-    mu = moved_on_landscape(facts[state.active], state, state.current.latent, to)
-    return _move(facts, state, f"drag {intent.gesture}", mu=mu)
-
-
-def reset(facts: Facts, state: AppState, intent: do.ResetLatent) -> Update:
-    return select_motion(facts, state, do.SelectMotion(state.current.latent.motion))
-
-
-def _draw(state: AppState) -> tuple[AppState, np.random.Generator]:
-    """A generator made from the seed and the number of draws, so that a session replays."""
-    return replace(state, draws=state.draws + 1), np.random.default_rng([state.seed, state.draws])
-
-
-def randomise(facts: Facts, state: AppState, intent: do.RandomiseLatent) -> Update:
-    state, random = _draw(state)
-    latent_map = facts[state.active].latent_map
-    coordinates = random.standard_normal(len(latent_map.scale)) * latent_map.scale
-    return _move(facts, state, "", mu=latent_map.unproject(coordinates))
-
-
-def new_noise(facts: Facts, state: AppState, intent: do.NewNoise) -> Update:
-    state, random = _draw(state)
-    epsilon = random.standard_normal(len(state.current.latent.mu))
-    return _move(facts, state, "", epsilon=epsilon)
-
-
-def clear_noise(facts: Facts, state: AppState, intent: do.ClearNoise) -> Update:
-    return _move(facts, state, "", epsilon=np.zeros_like(state.current.latent.mu))
-
-
-def _go_to(facts: Facts, state: AppState, to: Moment) -> Update:
-    # Settings were not part of the gesture that is taken back: the next run keeps them.
-    recognition = to.recognition.with_settings_of(state.recognition)
-    state = replace(state, recognition=recognition, gesture="")
-    if to.screen is not None:
-        state = _shown_as(state, to.screen)
-    state = _activate(facts, state, to.active)
-    works: tuple[do.Work, ...] = ()
-    for index, latent in enumerate(to.latents):
-        state, more = show_latent(facts, state, index, latent)
-        works += more
-    return state, works
-
-
-def _shown_as(state: AppState, screen: AppState) -> AppState:
-    """All that a state code holds besides the latents, as it was on another screen."""
-    models = tuple(
-        replace(model, anchor=was.anchor)
-        for model, was in zip(state.models, screen.models, strict=True)
-    )
-    return replace(
-        state,
-        models=models,
-        playback=screen.playback,
-        map_axes=screen.map_axes,
-        landscape_axes=screen.landscape_axes,
-        window=screen.window,
-        colouring=screen.colouring,
-        joint=screen.joint,
-        side_by_side=screen.side_by_side,
-        eyes=screen.eyes,
-        export=screen.export,
-        use_target=screen.use_target,
-        seed=screen.seed,
-        draws=screen.draws,
-    )
-
-
-def _mirror(state: AppState, to: Moment) -> Moment:
-    """The present, as much of it as the way to the other moment changes."""
-    return moment(state, whole=to.screen is not None)
-
-
-def undo(facts: Facts, state: AppState, intent: do.Undo) -> Update:
-    if not state.undo:
-        return notify(state, "Nothing to undo", good=True), ()
-    state, works = stop_recognition(state)
-    to = state.undo[-1]
-    state = replace(state, redo=(*state.redo, _mirror(state, to)), undo=state.undo[:-1])
-    state, more = _go_to(facts, state, to)
-    return state, works + more
-
-
-def redo(facts: Facts, state: AppState, intent: do.Redo) -> Update:
-    if not state.redo:
-        return notify(state, "Nothing to redo", good=True), ()
-    state, works = stop_recognition(state)
-    to = state.redo[-1]
-    state = replace(state, undo=(*state.undo, _mirror(state, to)), redo=state.redo[:-1])
-    state, more = _go_to(facts, state, to)
-    return state, works + more

@@ -1,24 +1,27 @@
-"""Small made-up screens for the tests of the app's logic; nothing is loaded or computed."""
+"""Small made-up models, documents and results for the tests of the app; nothing is loaded."""
 
 from __future__ import annotations
 
-from collections.abc import Coroutine, Sequence
+from collections.abc import Coroutine, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import (
-    AppState,
-    Array,
-    ComputedLandscape,
-    ModelFacts,
-    RecognitionTrace,
-    initial_state,
-)
-from rnnpb_explorer.app.state.transitions import Facts, Update, opening_work
+from rnnpb_explorer.app.state.computed import Computed, Entry
+from rnnpb_explorer.app.state.document import Document, Target, target_of_motion
+from rnnpb_explorer.app.state.facts import Facts, ModelFacts
+from rnnpb_explorer.app.state.history import History, gesture_of
+from rnnpb_explorer.app.state.on_latent import end_run
+from rnnpb_explorer.app.state.on_recognition import follow
+from rnnpb_explorer.app.state.opening import opening_document
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.results import LandscapeResult, MotionResult, RecognitionTrace, Result
+from rnnpb_explorer.app.state.statecode import decode
 from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.app.state.wanted import wanted
+from rnnpb_explorer.app.state.work import LandscapeWork, MotionWork, Slot, Work
 from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.motion import Motion, MotionLabel
 from rnnpb_explorer.core.windows import Landscape
@@ -28,6 +31,12 @@ NAMES = ("wave", "bow", "rest", "nod")
 LENGTHS = (12, 9, 15, 21)
 MU = np.array([[0.5, -0.3, 0.2], [-0.4, 0.6, -0.1], [0.1, 0.2, -0.7], [-0.6, -0.5, 0.4]])
 SIGMA = np.array([[0.1, 0.2, 0.3], [0.2, 0.2, 0.2], [0.3, 0.1, 0.2], [0.1, 0.1, 0.1]])
+MOTION, LANDSCAPE, REFERENCE, RUN = (
+    ("motion", 0),
+    ("landscape", 0),
+    ("reference", 0),
+    ("recognition", 0),
+)
 
 
 def make_facts(
@@ -35,20 +44,22 @@ def make_facts(
     name: str = "tiny",
     names: tuple[str, ...] = NAMES,
     *,
+    mu: ArrayLike | None = None,
     stochastic: bool = True,
     joints: tuple[str, ...] = JOINTS,
     data: tuple[Motion | None, ...] | None = None,
 ) -> ModelFacts:
     """Four motions; with three dimensions the learned PBs are `MU` and `SIGMA`."""
-    mu, sigma = MU, SIGMA
-    if dim != 3 or len(names) != len(MU):
-        random = np.random.default_rng(dim)
-        mu = random.normal(size=(len(names), dim))
-        sigma = random.uniform(0.1, 0.5, size=(len(names), dim))
+    known = dim == 3 and len(names) == len(MU)
+    random = np.random.default_rng(dim)
+    drawn = random.normal(size=(len(names), dim)), random.uniform(0.1, 0.5, (len(names), dim))
+    learned, sigma = (MU, SIGMA) if known else drawn
+    if mu is not None:
+        learned = np.asarray(mu, dtype=np.float64)
     return ModelFacts(
         name=name,
-        mu=mu,
-        sigma=sigma if stochastic else np.zeros_like(mu),
+        mu=learned,
+        sigma=sigma if stochastic else np.zeros_like(learned),
         stochastic=stochastic,
         beta=1e-3 if stochastic else None,
         joints=joints,
@@ -56,7 +67,7 @@ def make_facts(
         motions=names,
         lengths=LENGTHS[: len(names)],
         labels={one: MotionLabel(one) for one in names},
-        latent_map=LatentMap.fit(mu),
+        latent_map=LatentMap.fit(learned),
         data=data or (None,) * len(names),
     )
 
@@ -66,53 +77,35 @@ ONE_DIMENSION = (make_facts(1, "line"),)
 TWELVE_DIMENSIONS = (make_facts(12, "wide"),)
 
 
-def open_screen(facts: Facts = FACTS) -> AppState:
-    """The opening screen, its first motions and landscapes computed."""
-    state, works = opening_work(facts, initial_state(facts))
-    return answer(facts, state, works)
+# --- documents ---
+def opened(facts: Facts = FACTS, *intents: do.DocumentIntent) -> Document:
+    """The opening document, and what intents make of it."""
+    return after(facts, opening_document(facts), *intents)
 
 
-def answer(facts: Facts, state: AppState, works: Sequence[do.Work]) -> AppState:
-    """What a worker that does everything would make of the screen."""
-    for work in works:
-        if isinstance(work, do.GenerateWork):
-            state = after(facts, state, motion_result(work))
-        elif isinstance(work, do.LandscapeWork):
-            state = after(facts, state, landscape_result(work))
-    return state
-
-
-def motion_result(work: do.GenerateWork, joints: int = len(JOINTS)) -> do.MotionReady:
-    positions = np.full((work.steps, joints), work.request, dtype=np.float32)
-    reference = work.target if work.target is not None else positions
-    return do.MotionReady(work.model, work.request, positions, reference)
-
-
-def landscape_result(work: do.LandscapeWork, *, complete: bool = True) -> do.LandscapeReady:
-    axis = np.linspace(-1.0, 1.0, 20)
-    values = Landscape(np.zeros((20, 20), np.float32), axis, axis, complete=complete)
-    return do.LandscapeReady(work.model, ComputedLandscape(work.request, values))
-
-
-def after(facts: Facts, state: AppState, *intents: do.Intent) -> AppState:
-    """The state after some intents, whatever work they want."""
+def after(facts: Facts, document: Document, *intents: do.DocumentIntent) -> Document:
     for intent in intents:
-        state, _ = update(facts, state, intent)
-    return state
+        document = update(facts, document, intent)
+    return document
 
 
-def wanted(update_: Update) -> list[tuple[type, int]]:
-    """Kind and model of the work that an update wants."""
-    _, works = update_
-    return [(type(work), getattr(work, "model", -1)) for work in works]
+def newly_wanted(facts: Facts, document: Document, *intents: do.DocumentIntent) -> dict[Slot, Work]:
+    """The work that intents ask for and that the document before did not."""
+    before = wanted(facts, document)
+    works = wanted(facts, after(facts, document, *intents))
+    return {slot: work for slot, work in works.items() if before.get(slot) != work}
 
 
-def landscapes(works: Sequence[do.Work]) -> list[do.LandscapeWork]:
-    return [work for work in works if isinstance(work, do.LandscapeWork)]
+def motion_of(works: Mapping[Slot, Work], index: int = 0) -> MotionWork:
+    work = works["motion", index]
+    assert isinstance(work, MotionWork)
+    return work
 
 
-def motions(works: Sequence[do.Work]) -> list[do.GenerateWork]:
-    return [work for work in works if isinstance(work, do.GenerateWork)]
+def landscape_of(works: Mapping[Slot, Work], index: int = 0) -> LandscapeWork:
+    work = works["landscape", index]
+    assert isinstance(work, LandscapeWork)
+    return work
 
 
 def target_motion(
@@ -122,8 +115,23 @@ def target_motion(
     return Motion(name, joints, positions.reshape(frames, len(joints)), fps=20.0)
 
 
+def make_target(frames: int = 10, name: str = "given", joints: tuple[str, ...] = JOINTS) -> Target:
+    return target_of_motion(target_motion(frames, name, joints))
+
+
+# --- results ---
+def motion_result(work: MotionWork, joints: int = len(JOINTS)) -> MotionResult:
+    """A motion that stands still at its PB's first component."""
+    return MotionResult(np.full((work.steps, joints), work.pb[0], dtype=np.float32))
+
+
+def landscape_result(*, complete: bool = True) -> LandscapeResult:
+    axis = np.linspace(-1.0, 1.0, 20)
+    return LandscapeResult(Landscape(np.zeros((20, 20), np.float32), axis, axis, complete=complete))
+
+
 def make_trace(
-    mu: Array, *, loss: Array | None = None, epsilon: float = 0.5, sigma: float = 0.2
+    mu: ArrayLike, *, loss: ArrayLike | None = None, epsilon: float = 0.5, sigma: float = 0.2
 ) -> RecognitionTrace:
     """A trace along given mu, (S + 1, K, D); every PB is mu + sigma * epsilon."""
     mu = np.asarray(mu, dtype=np.float64)
@@ -139,6 +147,76 @@ def make_trace(
         prediction_error=2 * falling,
         early_update=early,
     )
+
+
+class Page:
+    """One page as its session keeps it, without a browser and without an engine."""
+
+    def __init__(self, facts: Facts = FACTS, document: Document | None = None) -> None:
+        self.facts, self.now = facts, 0.0
+        self.history = History(opening_document(facts) if document is None else document)
+        self.computed = Computed.nothing()
+
+    @property
+    def document(self) -> Document:
+        return self.history.present
+
+    @property
+    def wanted(self) -> dict[Slot, Work]:
+        return wanted(self.facts, self.document)
+
+    @property
+    def missing(self) -> dict[Slot, Work]:
+        return self.computed.missing(self.wanted)
+
+    @property
+    def picture(self) -> Picture:
+        return Picture(self.facts, self.document, self.computed)
+
+    def do(self, *intents: do.DocumentIntent | do.HistoryIntent) -> Page:
+        for intent in intents:
+            if isinstance(intent, do.Undo):
+                self.history = self.history.undo()
+            elif isinstance(intent, do.Redo):
+                self.history = self.history.redo()
+            elif isinstance(intent, do.RestoreCode):
+                self.history = self.history.step(decode(self.facts, intent.code), "", self.now)
+            else:
+                next_one = update(self.facts, self.document, intent)
+                self.history = self.history.step(next_one, gesture_of(intent), self.now)
+            self._follow()
+        return self
+
+    def deliver(
+        self, slot: Slot, result: Result, *, done: bool = True, work: Work | None = None
+    ) -> Page:
+        """A result of this work, by default of the one that is wanted."""
+        entry = Entry(self.wanted[slot] if work is None else work, result, done)
+        self.computed = self.computed.put(self.wanted, slot, entry)
+        self._follow()
+        return self
+
+    def fail(self, slot: Slot, message: str) -> Page:
+        self.computed = self.computed.fail(slot, self.wanted[slot], message)
+        if slot == RUN:
+            self.history = self.history.revise(end_run(self.document))
+        self._follow()
+        return self
+
+    def compute(self) -> Page:
+        """All that is missing but the iterations of a run."""
+        for slot, work in self.missing.items():
+            if isinstance(work, MotionWork):
+                self.deliver(slot, motion_result(work))
+            elif isinstance(work, LandscapeWork):
+                self.deliver(slot, landscape_result())
+        return self
+
+    def _follow(self) -> None:
+        trace = self.picture.trace
+        if trace is not None:
+            self.history = self.history.revise(follow(self.facts, self.document, trace))
+        self.computed = self.computed.keep(self.wanted)
 
 
 def hand_on(coroutine: Coroutine[Any, Any, None]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rnnpb_explorer.app.commands.screenshot import main
+from rnnpb_explorer.app.commands.main import main
 from rnnpb_explorer.core import RNNPB, Motion, save_checkpoint, write_motion
 
 

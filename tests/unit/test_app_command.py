@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import pty
 import signal
 import subprocess
 import sys
 import threading
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from rnnpb_explorer.app.commands.explorer import main
+from rnnpb_explorer.app.page.door import address_for_others
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.model import RNNPB
 
@@ -69,12 +73,62 @@ def test_it_says_where_it_serves_and_ends_when_told(checkpoint: str, ending: int
 
 @pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
 def test_serving_everybody_is_said_aloud(checkpoint: str) -> None:
-    process, _ = serving("--ckpt", checkpoint, "--port", "0", "--host", "0.0.0.0")
+    process, _ = serving("--ckpt", checkpoint, "--port", "0", "--host", "0.0.0.0", "--no-token")
     process.terminate()
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 0
     assert "everybody" in errors
     assert "no password" in errors
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+def test_the_printed_link_opens_the_door(checkpoint: str) -> None:
+    arguments = ("--ckpt", checkpoint, "--port", "0", "--host", "0.0.0.0", "--token", "a&b")
+    process, line = serving(*arguments)
+    link = line.split()[-1]
+    try:
+        assert link.endswith("/?token=a%26b")
+        remembers = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        with remembers.open(link, timeout=20) as response:
+            assert response.status == 200
+            assert "token" not in response.url
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(link.partition("?")[0], timeout=20)
+    finally:
+        process.terminate()
+        _, errors = process.communicate(timeout=TIMEOUT)
+    assert "everybody" not in errors
+    others = address_for_others()
+    assert (f"others open http://{others}:" in errors) == (others is not None)
+    assert errors.count("/?token=a%26b") == (others is not None)
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+def test_a_terminal_shows_that_it_is_loading(checkpoint: str) -> None:
+    terminal, other_end = pty.openpty()
+    process = subprocess.Popen(
+        [COMMAND, "--ckpt", checkpoint, "--port", "0"],
+        stdout=other_end,
+        stderr=other_end,
+        env=os.environ | {"TERM": "xterm"},
+    )
+    watchdog = threading.Timer(TIMEOUT, process.kill)
+    watchdog.start()
+    os.close(other_end)
+    shown = b""
+    try:
+        while part := os.read(terminal, 4096):
+            shown += part
+            if b" is ready at " in shown:
+                process.terminate()
+    except OSError:  # the end of a terminal
+        pass
+    finally:
+        watchdog.cancel()
+        os.close(terminal)
+    assert process.wait(timeout=TIMEOUT) == 0
+    assert b"loading the models and the robot" in shown
+    assert b"\x1b[2Krnnpb-explorer is ready at http://" in shown  # over the line, which is gone
 
 
 @pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
@@ -110,7 +164,13 @@ def test_bad_input_is_one_line_and_code_2() -> None:
         (["--robot", ""], ""),
         (["--data", "nope.csv"], "nope.csv"),
         (["--ckpt", "no\nsuch\x1b[31mfile"], "such"),
-        (["--host", "256.1.1.1"], "256.1.1.1"),
+        (["--host", "256.1.1.1", "--token", "x"], "256.1.1.1"),
+        (["--host", "0.0.0.0"], "--no-token"),
+        (["--token", "x", "--no-token"], "--no-token"),
+        (["--token"], "--token"),
+        (["--token", "two words"], "--token"),
+        (["--allow-origin", "course.example"], "course.example"),
+        (["--allow-frame", "*"], "--allow-frame"),
     ],
     ids=lambda value: " ".join(value).replace("\n", " ") if isinstance(value, list) else "",
 )
@@ -138,9 +198,9 @@ def test_a_damaged_checkpoint_is_named(
 
 
 def test_help_lists_every_flag(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as left:
-        main(["--help"])
-    assert left.value.code == 0
+    assert main(["--help"]) == 0
     out = capsys.readouterr().out
     for flag in ("--ckpt", "--host", "--port", "--robot", "--data", "--device", "--seed"):
+        assert flag in out
+    for flag in ("--token", "--no-token", "--allow-origin", "--allow-frame"):
         assert flag in out

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 import torch
 
-from rnnpb_explorer.app.commands import COMMANDS
-from rnnpb_explorer.app.commands.command import Command
-from rnnpb_explorer.app.commands.main import main as run_command
+from rnnpb_explorer.app.commands.answer import answer, make_app
+from rnnpb_explorer.app.commands.main import COMMANDS
 from rnnpb_explorer.core import InputError, read_motion, save_checkpoint
 
 from .cli_harness import Rnnpb
 
-RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot")
+RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.main")
 
 
 # How it answers
@@ -28,8 +27,7 @@ RNNPB_COMMAND = (sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot")
 def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
     outcome = rnnpb("--help")
     assert outcome.code == 0
-    for command in (*COMMANDS, "screenshot"):
-        name = command if isinstance(command, str) else command.name
+    for name in COMMANDS:
         assert f"    {name}" in outcome.out
         assert rnnpb(name, "--help").code == 0
     assert rnnpb("--version").out.startswith("rnnpb ")
@@ -41,8 +39,13 @@ def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
         ([], "rnnpb: the following arguments are required: COMMAND"),
         (["fly"], "invalid choice: 'fly'"),
         (["info"], "the following arguments are required: --ckpt"),
+        (["generate", "--mu", "0"], "the following arguments are required: --ckpt, --out"),
+        (["recognize", "--out", "R.npz"], "the following arguments are required: MOTION, --ckpt"),
+        (["recognize", "x.csv"], "the following arguments are required: --ckpt, --out"),
         (["info", "--ckpt"], "argument --ckpt: expected one argument"),
         (["info", "--ckpt", "tiny.pt", "--jso"], "unrecognized arguments: --jso"),
+        (["info", "--ckpt", "tiny.pt", "--no-json"], "unrecognized arguments: --no-json"),
+        (["info", "--ckpt", "tiny.pt", "wave"], "unrecognized arguments: wave"),
         (["info", "--ckpt", "stronk"], "no checkpoint 'stronk'; shipped with the package: "),
         (["info", "--ckpt", "data/wave.csv"], "is no checkpoint"),
         (["info", "--ckpt", "tiny.pt", "--data", "none"], "no data at none"),
@@ -56,9 +59,30 @@ def test_bad_calls_end_in_one_line(rnnpb: Rnnpb, flags: list[str], words: str) -
     assert words in rnnpb.refuses(*flags)
 
 
+def test_the_help_of_a_command(rnnpb: Rnnpb) -> None:
+    """What each flag takes and where it stands without, in plain lines."""
+    out = " ".join(rnnpb("landscape", "--help").out.split())
+    for words in (
+        "Usage: rnnpb landscape --ckpt STR --motion STR --out PATH [OPTIONS]",
+        "--axes 1,2|pca two components of the PB counted from 1",
+        "[default: 1,2]",
+        "--grid INT points a side [default: 20]",
+        "[choices: auto, cpu, cuda] [default: auto]",
+        "own reconstruction of NAME",  # the end of two lines in the source
+    ):
+        assert words in out
+    assert not {"╭", "│"} & set(out)
+
+
+def test_the_last_of_a_repeated_flag_counts(rnnpb: Rnnpb) -> None:
+    flags = ("--ckpt", "none.pt", "--ckpt", "tiny.pt", "--motion", "rest", "--motion", "bow")
+    outcome = rnnpb("generate", *flags, "--steps", 3, "--steps=4", "--out", "x.csv")
+    assert (outcome.code, outcome.out) == (0, "1 x 4 frames at 20 Hz: x.csv\n")
+
+
 def test_bad_flags_are_found_before_torch_is_imported() -> None:
     code = (
-        "import sys; from rnnpb_explorer.app.commands.screenshot import main;"
+        "import sys; from rnnpb_explorer.app.commands.main import main;"
         "codes = [main(['--help']), main(['train', '--data', 'd', '--epochs', '0'])];"
         "sys.exit(codes != [0, 2] or 'torch' in sys.modules)"
     )
@@ -80,9 +104,10 @@ def test_from_a_shell(rnnpb: Rnnpb) -> None:
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
-def test_a_closed_pipe_is_no_fault(rnnpb: Rnnpb) -> None:
+@pytest.mark.parametrize("flags", [("info", "--ckpt", "tiny.pt"), ("--help",)])
+def test_a_closed_pipe_is_no_fault(rnnpb: Rnnpb, flags: tuple[str, ...]) -> None:
     with subprocess.Popen(
-        [*RNNPB_COMMAND, "info", "--ckpt", "tiny.pt"],
+        [*RNNPB_COMMAND, *flags],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -111,11 +136,13 @@ def test_whatever_a_command_raises(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def run(arguments: object) -> None:
+    app = make_app("rnnpb", "Fails.")
+
+    @app.command(name="test")
+    def run() -> None:
         raise error
 
-    command = Command("test", "Fail.", lambda parser: None, run)
-    assert run_command(["test"], [command]) == code
+    assert answer(app, ["test"]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
     assert line in captured.err
@@ -123,7 +150,7 @@ def test_whatever_a_command_raises(
     if code == 1:
         monkeypatch.setenv("RNNPB_TRACEBACK", "1")
         with pytest.raises(IndexError):
-            run_command(["test"], [command])
+            answer(app, ["test"])
 
 
 # info

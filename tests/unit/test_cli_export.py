@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rnnpb_explorer.app.commands.screenshot import main
+from rnnpb_explorer.app.commands.main import main
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.robot.description import load_robot

@@ -244,7 +244,7 @@ def test_a_bar_on_a_terminal(rnnpb: Rnnpb) -> None:
     terminal, other_end = pty.openpty()
     flags = [str(flag) for flag in ("--data", "data", *RECIPE, "--epochs", 40, "--out", "C.pt")]
     with subprocess.Popen(
-        [sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot", "train", *flags],
+        [sys.executable, "-m", "rnnpb_explorer.app.commands.main", "train", *flags],
         stdout=subprocess.PIPE,
         stderr=other_end,
         env=os.environ | {"COLUMNS": "140", "TERM": "xterm"},

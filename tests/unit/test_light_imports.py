@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+from rnnpb_explorer.app.commands.main import COMMANDS
+
 HEAVY = ("torch", "trimesh", "yourdfpy", "viser", "matplotlib")
 LIGHT = (
     "core.data",
@@ -16,6 +18,8 @@ LIGHT = (
     "core.windows",
     "robot.formats",
     "robot.safety_report",
+    "app.commands.explorer",
+    *(f"app.commands.{name}" for name in COMMANDS),
 )
 
 

@@ -123,11 +123,8 @@ def test_pepper_is_light() -> None:
     ],
 )
 def test_pepper_has_the_proportions_of_the_robot(
-    ours: str, theirs: tuple[str, ...], apart: float, shared_dir: Path
+    ours: str, theirs: tuple[str, ...], apart: float, published_pepper: Path
 ) -> None:
-    path = shared_dir / "robots" / "pepper_description" / "urdf" / "pepper.urdf"
-    if not path.exists():
-        pytest.skip("needs robots/pepper_description in the shared folder")
 
     def bounds(robot: Robot, links: tuple[str, ...]) -> np.ndarray:
         points = [s.mesh.vertices for s in robot.shapes if s.link in links]
@@ -135,7 +132,7 @@ def test_pepper_has_the_proportions_of_the_robot(
         return np.stack([together.min(axis=0), together.max(axis=0)])
 
     mine = bounds(load_robot("pepper"), (ours,))
-    np.testing.assert_allclose(mine, bounds(load_robot(str(path)), theirs), atol=apart)
+    np.testing.assert_allclose(mine, bounds(load_robot(str(published_pepper)), theirs), atol=apart)
 
 
 def test_a_missing_mesh_is_one_warning_that_names_it(tmp_path: Path) -> None:
@@ -201,11 +198,8 @@ def test_the_urdf_colours_what_has_no_colour(tmp_path: Path) -> None:
     assert shape.material.metallicFactor == 0
 
 
-def test_the_published_description_works(shared_dir: Path) -> None:
-    path = shared_dir / "robots" / "pepper_description" / "urdf" / "pepper.urdf"
-    if not path.exists():
-        pytest.skip("needs robots/pepper_description in the shared folder")
-    robot = load_robot(str(path))
+def test_the_published_description_works(published_pepper: Path) -> None:
+    robot = load_robot(str(published_pepper))
     assert match_joints(robot, PEPPER_JOINTS).missing == ()
     assert len(robot.warnings) == 1
     assert "d435.dae" in robot.warnings[0]

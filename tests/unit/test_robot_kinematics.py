@@ -84,12 +84,9 @@ def test_any_urdf_moves_as_yourdfpy_says(arm_path: Path) -> None:
 
 
 def test_our_pepper_stands_and_reaches_as_the_published_one(
-    pepper: Robot, shared_dir: Path
+    pepper: Robot, published_pepper: Path
 ) -> None:
-    path = shared_dir / "robots" / "pepper_description" / "urdf" / "pepper.urdf"
-    if not path.exists():
-        pytest.skip("needs robots/pepper_description in the shared folder")
-    published = load_robot(str(path))
+    published = load_robot(str(published_pepper))
     for joint in PEPPER_JOINTS:
         assert pepper.limits[joint] == pytest.approx(published.limits[joint], abs=1e-7)
     assert pepper.velocity_limits == pytest.approx(published.velocity_limits)

@@ -266,7 +266,7 @@ def test_ctrl_c_in_a_terminal(rnnpb: Rnnpb) -> None:
     command = ("sweep", *SMALL, "--out", "cells", *many)
     shown = b""
     with subprocess.Popen(
-        [sys.executable, "-m", "rnnpb_explorer.app.commands.screenshot", *map(str, command)],
+        [sys.executable, "-m", "rnnpb_explorer.app.commands.main", *map(str, command)],
         stdin=other_end,
         stdout=other_end,
         stderr=other_end,
@@ -456,7 +456,7 @@ def test_a_backend_that_is_not_installed(
 
 def test_other_commands_do_not_wait_for_it(rnnpb: Rnnpb) -> None:
     code = (
-        "import sys; from rnnpb_explorer.app.commands.screenshot import main;"
+        "import sys; from rnnpb_explorer.app.commands.main import main;"
         "slow = {'torch', 'joblib', 'dask', 'distributed', 'ray'};"
         "bad = main(['sweep', '--data', 'd', '--out', 'o', '--seeds', '0']);"
         "early = slow & set(sys.modules);"

@@ -1,21 +1,23 @@
 """A browser reduced to its wire: it speaks viser's protocol and draws nothing.
 
-It says where its camera is, answers for its local storage, keeps what it is sent, and does what a
-person does: moves sliders, presses buttons, drags on boards, uploads files. The page itself is
-tested in a real browser, in tests/browser.
+It says where its camera is, says hello when the page's script comes, keeps what it is sent, and
+does what a person does: moves sliders, presses buttons, moves pucks, uploads files. The page itself
+is tested in a real browser, in tests/browser.
 """
 
 from __future__ import annotations
 
+import contextlib
+import json
 import threading
 import uuid
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
 
 import msgspec.msgpack
 import viser
-import zstandard
 from viser import _messages as wire
+from viser_wire import messages, shown_array
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
@@ -28,26 +30,28 @@ class WireBrowser:
     """One window on the app at `url`.
 
     Args:
-        storage: the local storage, kept over reloads by who passes it again.
-        silent: never answer for the local storage.
+        tab: what the tab keeps, over reloads by who passes it again.
+        silent: never say hello.
     """
 
     def __init__(
         self,
         url: str,
-        storage: dict[str, str] | None = None,
+        tab: dict[str, str] | None = None,
         *,
         size: tuple[int, int] = (1280, 720),
         silent: bool = False,
+        headers: Mapping[str, str] | None = None,
     ) -> None:
-        self.storage = {} if storage is None else storage
+        self.tab = {} if tab is None else tab
+        self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
+        self.moves = 0
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
         self.nodes: dict[str, dict[str, Any]] = {}  # of the scene, by name
         self.commands: dict[str, str] = {}  # uuid by label
         self.notices: list[str] = []
         self.files: dict[str, bytes] = {}  # that the app had the browser save, by name
-        self.asked = threading.Event()  # the server has asked for the local storage
-        self._silent = silent
+        self._silent, self._size = silent, size
         self._downloads: dict[str, str] = {}  # file names by transfer
         self._changed = threading.Condition()
         self._socket = connect(
@@ -55,6 +59,7 @@ class WireBrowser:
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
             compression=None,
             max_size=None,
+            additional_headers=headers,
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -62,31 +67,23 @@ class WireBrowser:
 
     # --- the wire ---
     def _read(self) -> None:
-        unpack = zstandard.ZstdDecompressor()
         try:
             for raw in self._socket:
                 assert isinstance(raw, bytes)
-                length = int.from_bytes(raw[8:16], "little")
-                content = msgspec.msgpack.decode(unpack.decompress(raw[16 : 16 + length]))
-                for message in content["messages"]:
+                for message in messages(raw):
                     self._take(message)
         except ConnectionClosed:
             return
 
     def _take(self, message: dict[str, Any]) -> None:
         kind = message["type"]
-        if kind == "LocalStorageGetItemRequestMessage":
-            self.asked.set()
-            if not self._silent:
-                value = self.storage.get(message["key"])
-                self._send(
-                    wire.LocalStorageGetItemResponseMessage(value, None, message["request_uuid"])
-                )
-        elif kind == "LocalStorageSetItemMessage":
-            self.storage[message["key"]] = message["value"]
+        if kind == "RunJavascriptMessage" and not self._silent:
+            self.hello()
         with self._changed:
             if kind == "NotificationShowMessage":
                 self.notices.append(message["props"]["body"])
+            elif kind == "RnnpbShown":
+                self._show(message["kind"], message["body"])
             elif kind == "FileTransferStartDownload":
                 self._downloads[message["transfer_uuid"]] = message["filename"]
             elif kind == "FileTransferPart":
@@ -112,6 +109,26 @@ class WireBrowser:
                 node = self.nodes.setdefault(message["name"], {})
                 node.update(message["props"], owner=message.get("owner", ""))
             self._changed.notify_all()
+
+    def _show(self, kind: str, body: dict[str, Any]) -> None:
+        arrays = {
+            name: shown_array(value) if isinstance(value, dict) and "shape" in value else value
+            for name, value in body.items()
+        }
+        self.shown[f"{kind} {body['robot']}" if kind == "MotionShown" else kind] = arrays
+        if kind == "DocumentShown":
+            self.tab["document"] = body["text"]
+
+    def say(self, raw: bytes | str | Mapping[str, object]) -> None:
+        """Send whatever no page sends; a mapping is packed as a message is."""
+        with contextlib.suppress(ConnectionClosed):  # the server may have had enough
+            self._socket.send(msgspec.msgpack.encode(raw) if isinstance(raw, Mapping) else raw)
+
+    def end(self) -> tuple[int | None, str | None]:
+        """Code and reason, once the server has closed the connection."""
+        self._reader.join(TIMEOUT)
+        assert not self._reader.is_alive()
+        return self._socket.close_code, self._socket.close_reason
 
     def _send(self, message: viser.infra.Message) -> None:
         self._socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
@@ -160,24 +177,39 @@ class WireBrowser:
         self.wait_for(lambda: label in self.commands)
         self._send(wire.CommandTriggerMessage(self.commands[label]))
 
-    def drag(self, node: str, *through: Point, modifier: str | None = None) -> None:
-        """Drag on a scene node along rays from the camera through these points."""
-        self.wait_for(lambda: node in self.nodes)
-        phases = ["start", *["update"] * (len(through) - 2), "end"]
-        for phase, point in zip(phases, through, strict=True):
-            self._send(
-                wire.SceneNodeDragMessage(
-                    phase=phase,  # type: ignore[arg-type]
-                    name=node,
-                    instance_index=None,
-                    start_position=through[0],
-                    start_screen_pos=(0.5, 0.5),
-                    end_position=point,
-                    end_screen_pos=(0.5, 0.5),
-                    button="left",
-                    modifier=modifier,  # type: ignore[arg-type]
-                    owner=self.nodes[node].get("owner", ""),
-                )
+    def ask(self, kind: str, **fields: object) -> None:
+        """What the page's own part says."""
+        payload = json.dumps({"type": kind, **fields})
+        self.say({"type": "RnnpbAsked", "payload": payload})
+
+    def hello(self, playback: dict[str, object] | None = None) -> None:
+        width, height = self._size
+        self.ask(
+            "Hello",
+            document=self.tab.get("document") or None,
+            width=width,
+            height=height,
+            ratio=1.0,
+            dark=False,
+            playback=playback,
+        )
+
+    def drag(self, board: Literal["map", "landscape"], *through: Sequence[float]) -> None:
+        """Drag the puck through these points of a board's coordinates."""
+        kind = "MapShown" if board == "map" else "LandscapeShown"
+        self.wait_for(lambda: kind in self.shown)
+        shown = self.shown[kind]
+        axes = shown["axes"] if board == "map" else shown["axis_labels"]
+        gesture = self.moves + 1
+        for number, to in enumerate(through, 1):
+            self.moves += 1
+            self.ask(
+                "MoveOnMap" if board == "map" else "MoveOnLandscape",
+                axes=axes,
+                to=list(to),
+                gesture=gesture,
+                number=self.moves,
+                done=number == len(through),
             )
 
     def upload(self, label: str, name: str, content: bytes) -> None:

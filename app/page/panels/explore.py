@@ -9,8 +9,9 @@ from functools import partial
 import viser
 
 from ...state import intents as do
-from ...state.document import AppState, ModelFacts
-from ...state.on_latent import MAX_MU
+from ...state.document import MAX_PB
+from ...state.facts import Facts, ModelFacts
+from ...state.picture import Picture
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
@@ -22,7 +23,7 @@ STEPS = 500  # of a slider from zero to its end
 class ExplorePanel:
     """Everything that moves the latent by numbers instead of by hand."""
 
-    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Facts, send: Send) -> None:
         self._gui, self._facts, self._send = gui, facts, send
         self._active = 0  # the model whose motions are in the list
         self._model = (
@@ -40,8 +41,7 @@ class ExplorePanel:
         self._mu: list[Bound] = []
         self._sigma: list[Bound] = []
         self._page: Bound | None = None
-        self._built: tuple[int, int] | None = None  # model and page that the sliders belong to
-        self._first = 0  # dimension of the first slider
+        self._built: tuple[int, int] | None = None  # model and first dimension of the sliders
 
     def _buttons(self) -> None:
         group = self._gui.add_button_group(
@@ -70,32 +70,31 @@ class ExplorePanel:
             self._send(do.SelectMotion(motions.index(name)))
 
     def _choose_page(self, label: str) -> None:
-        self._first = int(label.split("–")[0]) - 1
+        self._send(do.ShowSliders(int(label.split("–")[0]) - 1))
 
-    def show(self, state: AppState) -> None:
-        self._active = state.active
-        facts = self._facts[state.active]
-        if self._built is None or self._built[0] != state.active:
-            self._first = 0
+    def show(self, picture: Picture) -> None:
+        self._active = picture.active
+        facts, latent = picture.model, picture.choice.latent
+        first = picture.document.first_slider // PAGE * PAGE
+        if self._built is None or self._built[0] != picture.active:
             self._motion.offer(facts.motions)
-        if self._built != (state.active, self._first):
-            self._build_sliders(facts)
-            self._built = (state.active, self._first)
+        if self._built != (picture.active, first):
+            self._build_sliders(facts, first)
+            self._built = (picture.active, first)
         if self._model is not None:
             self._model.show(facts.name)
-        latent = state.current.latent
         self._motion.show(facts.motions[latent.motion])
-        for bound, value in zip(self._mu, latent.mu[self._first :], strict=False):
-            _show_slider(bound, float(value))
-        for bound, value in zip(self._sigma, latent.sigma[self._first :], strict=False):
-            _show_slider(bound, float(value))
-        self._show_note(state, facts)
+        for bound, value in zip(self._mu, latent.mu[first:], strict=False):
+            _show_slider(bound, value)
+        for bound, value in zip(self._sigma, latent.sigma[first:], strict=False):
+            _show_slider(bound, value)
+        self._show_note(picture)
 
-    def _build_sliders(self, facts: ModelFacts) -> None:
+    def _build_sliders(self, facts: ModelFacts, first: int) -> None:
         for bound in [*self._mu, *self._sigma, *([self._page] if self._page else [])]:
             bound.handle.remove()
         self._page = None
-        dims = range(self._first, min(self._first + PAGE, facts.pb_dim))
+        dims = range(first, min(first + PAGE, facts.pb_dim))
         mu_end = _round_up(1.5 * float(abs(facts.mu).max()))
         sigma_end = max(1.0, _round_up(1.5 * float(facts.sigma.max())))
         with self._sliders:
@@ -103,9 +102,7 @@ class ExplorePanel:
                 starts = range(0, facts.pb_dim, PAGE)
                 pages = [f"{s + 1}–{min(s + PAGE, facts.pb_dim)}" for s in starts]
                 self._page = Bound(
-                    self._gui.add_dropdown(
-                        "Dimensions", pages, initial_value=pages[self._first // PAGE]
-                    ),
+                    self._gui.add_dropdown("Dimensions", pages, initial_value=pages[first // PAGE]),
                     self._choose_page,
                 )
             self._mu = [
@@ -134,13 +131,13 @@ class ExplorePanel:
     def _set_sigma(self, dim: int, value: float) -> None:
         self._send(do.SetSigma(dim, value))
 
-    def _show_note(self, state: AppState, facts: ModelFacts) -> None:
-        latent = state.current.latent
+    def _show_note(self, picture: Picture) -> None:
+        facts, latent = picture.model, picture.choice.latent
         beyond = facts.latent_map.extrapolation(latent.mu)
         lines = []
         if not facts.stochastic:
             lines.append("*Deterministic model: PB = μ, there is no σ.*")
-        elif not latent.epsilon.any():
+        elif not any(latent.epsilon):
             lines.append("ε = 0: the motion at μ itself.")
         else:
             noise = ", ".join(f"{value:+.2f}" for value in latent.epsilon[:PAGE])
@@ -173,7 +170,7 @@ def _show_slider(bound: Bound, value: float) -> None:
     """viser does not clamp what it is given: widen the slider for a value beyond its end."""
     handle = bound.handle
     if value > handle.max:
-        handle.max = min(_round_up(value), MAX_MU)
+        handle.max = min(_round_up(value), MAX_PB)
     if value < handle.min:
-        handle.min = -min(_round_up(-value), MAX_MU)
+        handle.min = -min(_round_up(-value), MAX_PB)
     bound.show(min(max(value, handle.min), handle.max))

@@ -10,8 +10,12 @@ import numpy as np
 import viser
 
 from ...state import intents as do
-from ...state.document import AppState, ModelFacts, Recognition, RecognitionTrace
-from ..uploads import UploadReader
+from ...state.document import MAX_ITERATIONS, MAX_TRIALS, MIN_OBSERVED, Document
+from ...state.facts import Facts
+from ...state.on_recognition import shown_iteration
+from ...state.picture import Picture
+from ...state.results import RecognitionTrace
+from ..uploads import CODE_SUFFIX, UploadReader
 from .bound import Bound, on_click
 from .text import text_lines, write
 
@@ -28,15 +32,15 @@ INIT_LABELS = {value: label for label, value in INITS.items()}
 class RecognisePanel:
     """Upload or choose a target, start, watch, cancel, scrub."""
 
-    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Facts, send: Send) -> None:
         self._facts = facts
         self._active = 0
         self._reader = UploadReader(send)
         self._upload = gui.add_upload_button(
             "Upload a motion",
             icon=viser.Icon.UPLOAD,
-            hint="CSV, or what was exported as JSON or NAOqi script",
-            mime_type=".csv,.json,.py,text/csv,text/plain",
+            hint="CSV, what was exported as JSON or NAOqi script, or a state code as a file",
+            mime_type=f".csv,.json,.py,{CODE_SUFFIX},text/csv,text/plain",
         )
         self._upload.on_upload(self._uploaded)
         self._examples = example_files()
@@ -50,16 +54,21 @@ class RecognisePanel:
         )
         self._observed = Bound(
             gui.add_slider(
-                "Observed", 0.1, 1.0, 0.05, 0.8, hint="the first part; the rest is foretold"
+                "Observed",
+                MIN_OBSERVED,
+                1.0,
+                0.05,
+                0.8,
+                hint="the first part; the rest is foretold",
             ),
             lambda value: send(do.SetRecognitionOption("observed", value)),
         )
         self._iterations = Bound(
-            gui.add_slider("Iterations", 10, 300, 10, 100),
+            gui.add_slider("Iterations", 1, MAX_ITERATIONS, 1, 100),
             lambda value: send(do.SetRecognitionOption("iterations", value)),
         )
         self._trials = Bound(
-            gui.add_slider("Trials", 1, 10, 1, 1, hint="independent runs in one batch"),
+            gui.add_slider("Trials", 1, MAX_TRIALS, 1, 1, hint="independent runs in one batch"),
             lambda value: send(do.SetRecognitionOption("trials", value)),
         )
         self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="blue")
@@ -91,8 +100,7 @@ class RecognisePanel:
             height=170,
             visible=False,
         )
-        self._drawn: RecognitionTrace | None = None
-        self._drawn_trial = -1
+        self._drawn: object = None  # the run, its iterations and trial that the curve shows
 
     # --- what a person does (viser's event loop: only hand on) ---
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -106,29 +114,27 @@ class RecognisePanel:
             self._reader.read(f"{name}.csv", load, self._facts[self._active])
 
     # --- what the state says ---
-    def show(self, state: AppState) -> None:
-        self._active = state.active
-        recognition = state.recognition
-        self._show_settings(recognition)
-        running = recognition.status == "running"
-        self._assign(self._start, visible=not running, disabled=recognition.target is None)
+    def show(self, picture: Picture) -> None:
+        self._active = picture.active
+        document = picture.document
+        self._show_settings(document)
+        run, running = document.run, document.running
+        self._assign(self._start, visible=not running, disabled=document.target is None)
         self._assign(self._cancel, visible=running)
-        self._assign(self._forget, visible=recognition.target is not None and not running)
-        trace = recognition.trace
+        self._assign(self._forget, visible=document.target is not None and not running)
         self._assign(self._progress, visible=running)
-        if running:
-            done = 0 if trace is None else trace.iterations
-            self._assign(self._progress, value=100.0 * done / recognition.planned)
-        self._show_scrub(recognition)
-        write(self._status, text_lines(status_line(recognition)))
-        self._show_loss(recognition)
+        if run is not None and running:
+            self._assign(self._progress, value=100.0 * run.done / run.settings.iterations)
+        self._show_scrub(picture)
+        write(self._status, text_lines(status_line(picture)))
+        self._show_loss(picture)
 
-    def _show_settings(self, recognition: Recognition) -> None:
-        self._init.show(INIT_LABELS[recognition.init])
-        self._observed.show(recognition.observed)
-        self._iterations.show(recognition.iterations)
-        self._trials.show(recognition.trials)
-        target = recognition.target
+    def _show_settings(self, document: Document) -> None:
+        settings, target = document.recognition, document.target
+        self._init.show(INIT_LABELS[settings.init])
+        self._observed.show(settings.observed)
+        self._iterations.show(settings.iterations)
+        self._trials.show(settings.trials)
         if target is None:
             content = "No target yet."
             self._example.show(CHOOSE)
@@ -137,28 +143,28 @@ class RecognisePanel:
             self._example.show(target.name if target.name in self._examples else CHOOSE)
         write(self._target, text_lines(content))
 
-    def _show_scrub(self, recognition: Recognition) -> None:
-        trace = recognition.trace
-        ready = trace is not None and recognition.status != "running"
+    def _show_scrub(self, picture: Picture) -> None:
+        run, trace = picture.document.run, picture.trace
+        ready = run is not None and run.settled and trace is not None and trace.iterations > 0
+        trials = trace.loss.shape[1] if trace is not None else 1
         self._assign(self._shown.handle, visible=ready)
-        self._assign(
-            self._trial.handle, visible=ready and trace is not None and trace.loss.shape[1] > 1
-        )
-        if trace is None or not ready:
+        self._assign(self._trial.handle, visible=ready and trials > 1)
+        if run is None or trace is None or not ready:
             return
         self._assign(self._shown.handle, max=max(trace.iterations, 2))
-        self._assign(self._trial.handle, max=max(trace.loss.shape[1], 2))
-        self._shown.show(recognition.iteration + 1)
-        self._trial.show(recognition.trial + 1)
+        self._assign(self._trial.handle, max=max(trials, 2))
+        self._shown.show(shown_iteration(run, trace) + 1)
+        self._trial.show(run.trial + 1)
 
-    def _show_loss(self, recognition: Recognition) -> None:
-        trace = recognition.trace
-        if trace is self._drawn and recognition.trial == self._drawn_trial:
+    def _show_loss(self, picture: Picture) -> None:
+        run, trace = picture.document.run, picture.trace
+        trial = 0 if run is None else run.trial
+        drawn = None if run is None or trace is None else (run.seed, trace.iterations, trial)
+        if drawn == self._drawn:
             return
-        self._drawn, self._drawn_trial = trace, recognition.trial
+        self._drawn = drawn
         self._assign(self._loss, visible=trace is not None)
         if trace is not None and trace.iterations > 1:
-            trial = recognition.trial
             self._loss.data = (
                 np.arange(1.0, trace.iterations + 1),
                 trace.loss[:, trial],
@@ -181,17 +187,29 @@ def example_files() -> dict[str, Traversable]:
     return {file.name.removesuffix(".csv"): file for file in found}
 
 
-def status_line(recognition: Recognition) -> str:
+def status_line(picture: Picture) -> str:
     """One line on the run, in words."""
-    trace = recognition.trace
-    done = 0 if trace is None else trace.iterations
-    if recognition.status == "running":
-        best = "" if trace is None else f", best loss {trace.loss.min():.5f}"
-        return f"Recognition running: iteration {done} of {recognition.planned}{best}"
-    words = {
-        "idle": "",
-        "finished": "Recognition done",
-        "cancelled": f"Recognition cancelled after {done} iterations",
-        "failed": "Recognition failed",
-    }
-    return ": ".join(part for part in (words[recognition.status], recognition.message) if part)
+    run, trace = picture.document.run, picture.trace
+    if run is None:
+        return ""
+    if picture.run_status == "running":
+        best = "" if trace is None else f", best loss {np.nanmin(trace.loss):.5f}"
+        return f"Recognition running: iteration {run.done} of {run.settings.iterations}{best}"
+    if picture.run_status == "failed":
+        return f"Recognition failed: {picture.run_failure}"
+    if picture.run_status == "cancelled":
+        return f"Recognition cancelled after {run.done} iterations"
+    return "Recognition done" + (f": {best_line(trace)}" if trace is not None else "")
+
+
+def best_line(trace: RecognitionTrace) -> str:
+    iteration, trial = trace.best
+    predicted = trace.prediction_error[iteration, trial]
+    parts = [
+        f"best iterate: {iteration + 1} of trial {trial + 1}",
+        f"loss {trace.loss[iteration, trial]:.5f}",
+        f"prediction error {predicted:.5f}"
+        if np.isfinite(predicted)
+        else "nothing left to predict",
+    ]
+    return ", ".join(parts)

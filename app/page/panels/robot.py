@@ -11,7 +11,10 @@ from ....robot.description import JointMatch, Robot, match_joints
 from ....robot.formats import Format
 from ....robot.safety_report import Light
 from ...state import intents as do
-from ...state.document import AppState, CheckedMotion, ModelFacts
+from ...state.document import ExportOptions
+from ...state.facts import Facts, ModelFacts
+from ...state.picture import Picture
+from ...state.results import CheckedMotion
 from ..words import light_words, names_line, safety_lines
 from .bound import Bound, on_click
 from .text import TEXT_STYLE, text_lines, write
@@ -30,18 +33,18 @@ INSISTED = (
 class SafetyLight:
     """One line that is always in view."""
 
-    def __init__(self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], robot: Robot) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot) -> None:
         self._missing = [len(match_joints(robot, one.joints).missing) for one in facts]
         self._html = gui.add_html("")
         self._shown: CheckedMotion | None = None
 
-    def show(self, state: AppState) -> None:
-        checked = state.current.checked
+    def show(self, picture: Picture) -> None:
+        checked = picture.checked
         if checked is None or checked is self._shown:
             return
         self._shown = checked
         words = light_words(checked.report)
-        missing = self._missing[state.active]
+        missing = self._missing[picture.active]
         if missing:
             words += f"; {missing} not on it"
         write(self._html, _light(LIGHTS[checked.report.light], words))
@@ -50,10 +53,8 @@ class SafetyLight:
 class RobotPanel:
     """Safety, export, and how the joints of model and robot go together."""
 
-    def __init__(
-        self, gui: viser.GuiApi, facts: tuple[ModelFacts, ...], robot: Robot, send: Send
-    ) -> None:
-        self._facts, self._robot = facts, robot
+    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send) -> None:
+        self._robot = robot
         self._matches = [match_joints(robot, one.joints) for one in facts]
         with gui.add_folder("Safety"):
             self._report = gui.add_html("")
@@ -87,40 +88,36 @@ class RobotPanel:
         with gui.add_folder("Joints"):
             self._joints = gui.add_html("")
         self._shown: tuple[object, ...] = ()
+        self._checked: CheckedMotion | None = None
 
-    def show(self, state: AppState) -> None:
-        self._side_by_side.show(state.side_by_side)
-        export = state.export
+    def show(self, picture: Picture) -> None:
+        self._side_by_side.show(picture.document.side_by_side)
+        export, exported = picture.document.export, picture.exported
         label = next(label for label, known in FORMAT_LABELS.items() if known == export.file_format)
         self._format.show(label)
         self._safe.show(export.safe_posture)
         self._beyond.show(export.beyond_limits)
-        what = (state.current.checked, export, state.active)
+        checked = picture.checked or self._checked  # a new motion's comes a moment later
+        what = (checked, export, exported, picture.active)
         if what == self._shown:  # thirty times a second
             return
-        self._shown = what
-        write(self._report, report_html(state))
-        write(self._note, note_html(state))
-        write(self._written, text_lines(export.written))
-        facts = self._facts[state.active]
-        lines = joint_lines(self._robot, facts, self._matches[state.active])
+        self._shown, self._checked = what, checked
+        if checked is not None:
+            write(self._report, report_html(checked))
+            write(self._note, note_html(checked, export))
+        write(self._written, text_lines(exported))
+        lines = joint_lines(self._robot, picture.model, self._matches[picture.active])
         write(self._joints, text_lines(*lines))
 
 
-def report_html(state: AppState) -> str:
+def report_html(checked: CheckedMotion) -> str:
     """The light, and what is wrong in short lines."""
-    checked = state.current.checked
-    if checked is None:
-        return ""
     report = checked.report
     return _light(LIGHTS[report.light], light_words(report)) + text_lines(*safety_lines(report))
 
 
-def note_html(state: AppState) -> str:
+def note_html(checked: CheckedMotion, export: ExportOptions) -> str:
     """What the export will do to the motion."""
-    checked, export = state.current.checked, state.export
-    if checked is None:
-        return ""
     if export.beyond_limits:
         return _light(LIGHTS["red"], INSISTED)
     joints = checked.report.joints

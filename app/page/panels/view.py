@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from itertools import combinations
 
@@ -10,8 +9,9 @@ import viser
 
 from ....core.windows import Window
 from ...state import intents as do
-from ...state.document import AppState, Colouring, ModelFacts
-from ...state.transitions import eyes_of
+from ...state.document import Colouring
+from ...state.picture import Picture
+from ...state.wanted import eyes_of
 from .bound import Bound, on_click
 
 Send = Callable[[do.Intent], None]
@@ -27,9 +27,9 @@ COLOURINGS: dict[str, Colouring] = {
 }
 PCA = "plane of the map"
 MAX_AXES = 8  # 28 pairs are enough to choose from
-NOT_IN_A_CODE = (
-    "A code holds the latents, playback and what the boards show, for a screen with the same "
-    "models; not an uploaded motion, nor its recognition."
+IN_A_CODE = (
+    "A code restores this screen, an uploaded motion and its recognition included, wherever the "
+    "same models are loaded. A long one is saved as a file."
 )
 
 
@@ -39,15 +39,10 @@ class ViewPanel:
     def __init__(
         self,
         gui: viser.GuiApi,
-        facts: tuple[ModelFacts, ...],
         send: Send,
-        code: Callable[[], str],
-        reset_camera: Callable[[], None],
         *,
         has_eyes: bool = False,
     ) -> None:
-        self._facts, self._send, self._code = facts, send, code
-        self._code_wanted = threading.Event()
         with gui.add_folder("PB map"):
             self._colouring = Bound(
                 gui.add_dropdown("Colour", list(COLOURINGS)),
@@ -74,6 +69,12 @@ class ViewPanel:
                 ),
                 lambda value: send(do.SetUseTarget(value)),
             )
+        self._ghosts = Bound(
+            gui.add_checkbox(
+                "Uncertainty", False, hint="samples from N(μ, σ²) around the robot; their band"
+            ),
+            lambda value: send(do.SetGhosts(value)),
+        )
         self._has_eyes = has_eyes
         self._eyes = Bound(
             gui.add_checkbox(
@@ -81,45 +82,44 @@ class ViewPanel:
             ),
             lambda value: send(do.SetEyes(value)),
         )
-        on_click(gui.add_button("Reset the view", hint="R"), reset_camera)
+        on_click(gui.add_button("Reset the view", hint="R"), lambda: send(do.ResetView()))
         download = gui.add_button(
             "Download the motion (CSV)", icon=viser.Icon.DOWNLOAD, hint="as it is on the screen"
         )
         on_click(download, lambda: send(do.DownloadMotion()))
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
-            on_click(gui.add_button("Show the code of this screen"), self._ask_for_code)
+            on_click(gui.add_button("Show the code of this screen"), lambda: send(do.ShowCode()))
             on_click(
                 gui.add_button("Restore from the code"),
                 lambda: send(do.RestoreCode(self._text.handle.value)),
             )
-            gui.add_markdown(NOT_IN_A_CODE)
+            gui.add_markdown(IN_A_CODE)
 
-    def _ask_for_code(self) -> None:
-        """Have the next `show` write it: handles are written by the session only."""
-        self._code_wanted.set()
-        self._send(do.Tick(0.0))  # a session that rests shows nothing until something comes
+    def show_code(self, code: str) -> None:
+        self._text.handle.value = code
 
-    def show(self, state: AppState) -> None:
-        facts = self._facts[state.active]
-        dims = min(facts.pb_dim, MAX_AXES)
+    def show(self, picture: Picture) -> None:
+        document = picture.document
+        dims = min(picture.model.pb_dim, MAX_AXES)
         pairs: list[tuple[int, ...]] = [*combinations(range(dims), 2)] or [(0,)]
-        axes = state.landscape_axes
-        shown = (axes_label("PC", state.map_axes), PCA if axes == "pca" else axes_label("μ", axes))
+        axes = document.landscape_axes
+        shown = (
+            axes_label("PC", document.map_axes),
+            PCA if axes == "pca" else axes_label("μ", axes),
+        )
         self._options(self._map_axes, [axes_label("PC", pair) for pair in pairs], shown[0])
         self._options(self._axes, [*(axes_label("μ", pair) for pair in pairs), PCA], shown[1])
-        self._colouring.show(_key(COLOURINGS, state.colouring))
-        self._window.show(_key(WINDOWS, state.window))
+        self._colouring.show(_key(COLOURINGS, document.colouring))
+        self._window.show(_key(WINDOWS, document.window))
         self._map_axes.show(shown[0])
         self._axes.show(shown[1])
-        self._use_target.show(state.use_target)
-        self._eyes.show(state.eyes)
-        track = self._has_eyes and eyes_of(self._facts, state, state.active) is not None
+        self._use_target.show(document.use_target)
+        self._ghosts.show(document.ghosts)
+        self._eyes.show(document.eyes)
+        track = self._has_eyes and eyes_of(picture.facts, document, picture.active) is not None
         if self._eyes.handle.visible != track:
             self._eyes.handle.visible = track
-        if self._code_wanted.is_set():
-            self._code_wanted.clear()
-            self._text.handle.value = self._code()
 
     @staticmethod
     def _options(bound: Bound, options: list[str], shown: str) -> None:

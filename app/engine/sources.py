@@ -1,0 +1,31 @@
+"""What all works are computed from: the models, their data, the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.model import RNNPB
+from ...core.motion import Motion
+from ...robot.description import Robot
+
+REST_SECONDS = 0.15  # a landscape is completed when it has been wanted for this long
+
+
+@dataclass(frozen=True)
+class Sources:
+    """
+    data: of each model, of each of its motions: the training motion where the app has it.
+    workers: how many pieces can be done at the same time.
+    reconstructions: what stands in for training motions, by model and motion, once it is known.
+    """
+
+    models: tuple[RNNPB, ...]
+    data: Sequence[Sequence[Motion | None]]
+    robot: Robot
+    workers: int = 1
+    rest_seconds: float = REST_SECONDS
+    reconstructions: dict[tuple[int, int], NDArray[np.float32]] = field(default_factory=dict)

@@ -1,0 +1,82 @@
+"""What work comes to. A result may come in stages: each holds more than the one before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.windows import Landscape
+from ...robot.safety_report import SafetyReport
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedMotion:
+    """What a motion asks of the robot."""
+
+    report: SafetyReport
+    limited: NDArray[np.float32] | None  # (T, J) within the limits; where that was asked for
+
+
+@dataclass(frozen=True, eq=False)
+class MotionResult:
+    """A generated motion; its check comes a moment later, where one was asked for."""
+
+    positions: NDArray[np.float32]  # (T, J)
+    check: CheckedMotion | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LandscapeResult:
+    """Coarse, then complete: `values.complete` says which."""
+
+    values: Landscape
+
+
+@dataclass(frozen=True, eq=False)
+class RecognitionTrace:
+    """The iterations so far; K trials, S iterations, D = D_PB."""
+
+    mu: Array  # (S + 1, K, D), the last row after the last step
+    sigma: Array  # (S + 1, K, D)
+    pb: Array  # (S, K, D)
+    loss: Array  # (S, K)
+    prediction_error: Array  # (S, K)
+    early_update: NDArray[np.bool_]  # (S, K)
+
+    @property
+    def iterations(self) -> int:
+        return len(self.loss)
+
+    @property
+    def best(self) -> tuple[int, int]:
+        """(iteration, trial) of the lowest loss so far; NaN is never the lowest."""
+        loss = np.where(np.isnan(self.loss), np.inf, self.loss)
+        iteration, trial = np.unravel_index(int(loss.argmin()), loss.shape)
+        return int(iteration), int(trial)
+
+    def first(self, iterations: int) -> RecognitionTrace:
+        """The same run after so many iterations."""
+        if iterations >= self.iterations:
+            return self
+        return RecognitionTrace(
+            self.mu[: iterations + 1],
+            self.sigma[: iterations + 1],
+            self.pb[:iterations],
+            self.loss[:iterations],
+            self.prediction_error[:iterations],
+            self.early_update[:iterations],
+        )
+
+
+@dataclass(frozen=True)
+class ExportedFile:
+    file_name: str
+    content: str
+    summary: str  # one line on what is in it
+
+
+Result = MotionResult | LandscapeResult | RecognitionTrace | ExportedFile

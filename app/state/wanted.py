@@ -1,0 +1,148 @@
+"""The work that a document wants, and what its motions are compared with. Pure."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .document import Document, ExportOptions, EyeTrack, Target
+from .facts import Facts
+from .planes import landscape_plane
+from .work import (
+    ExportWork,
+    LandscapeWork,
+    MotionWork,
+    RecogniseWork,
+    Slot,
+    Vector,
+    Work,
+)
+
+# Of a work's coordinates, so that a move within a plane, which changes rounding, wants no new work.
+DECIMALS = 9
+GHOSTS = 8  # samples that are shown around a robot
+
+
+def wanted(facts: Facts, document: Document) -> dict[Slot, Work]:
+    """Everything that the screen of this document shows and that has to be computed."""
+    works: dict[Slot, Work] = {}
+    for index in range(len(facts)):
+        works["motion", index] = motion_work(facts, document, index)
+        reference = reference_work(facts, document, index)
+        if reference is not None:
+            works["reference", index] = reference
+        if document.ghosts and facts[index].stochastic:
+            for number, work in enumerate(ghost_works(facts, document, index)):
+                works["ghost", GHOSTS * index + number] = work
+        # A recognition passes through many landscapes; the one where it ends is wanted.
+        if not (document.running and document.run is not None and document.run.model == index):
+            works["landscape", index] = landscape_work(facts, document, index)
+    run = recognise_work(document)
+    if run is not None:
+        works["recognition", 0] = run
+    return works
+
+
+# --- what motions are compared with ---
+def given_target(facts: Facts, document: Document, index: int) -> Target | None:
+    """The motion that a person gave, where a model is compared with it."""
+    target = document.target
+    used = target is not None and document.use_target and target.joints == facts[index].joints
+    return target if used else None
+
+
+def known_reference(facts: Facts, document: Document, index: int) -> NDArray[np.float32] | None:
+    """(T, J) what a model's motion is compared with; None = its own reconstruction."""
+    target = given_target(facts, document, index)
+    if target is not None:
+        return target.array
+    data = facts[index].data[document.models[index].latent.motion]
+    return None if data is None else data.positions
+
+
+def motion_steps(facts: Facts, document: Document, index: int) -> int:
+    """Frames of a model's motion: as many as what it is compared with."""
+    reference = known_reference(facts, document, index)
+    motion = document.models[index].latent.motion
+    return facts[index].lengths[motion] if reference is None else len(reference)
+
+
+def eyes_of(facts: Facts, document: Document, index: int) -> EyeTrack | None:
+    """The eye colours that came with what a model's motion is compared with."""
+    target = given_target(facts, document, index)
+    if target is not None:
+        return target.eye_track
+    tracks = facts[index].eyes
+    return tracks[document.models[index].latent.motion] if tracks else None
+
+
+# --- the works ---
+def motion_work(facts: Facts, document: Document, index: int) -> MotionWork:
+    return MotionWork(
+        model=index,
+        pb=document.models[index].latent.pb,
+        steps=motion_steps(facts, document, index),
+        check="limited" if document.side_by_side and index == document.active else "report",
+    )
+
+
+def ghost_works(facts: Facts, document: Document, index: int) -> list[MotionWork]:
+    """Samples from N(mu, sigma^2). Their noise stays, so that sigma opens and closes the fan."""
+    latent = document.models[index].latent
+    noise = np.random.default_rng([document.seed, GHOSTS]).standard_normal((GHOSTS, len(latent.mu)))
+    pbs = np.array(latent.mu) + np.array(latent.sigma) * noise
+    steps = motion_steps(facts, document, index)
+    return [MotionWork(index, tuple(pb.tolist()), steps) for pb in pbs]
+
+
+def reference_work(facts: Facts, document: Document, index: int) -> MotionWork | None:
+    """The own reconstruction of the selected motion, at (mu_i, sigma = 0), where it stands in."""
+    if known_reference(facts, document, index) is not None:
+        return None
+    one, motion = facts[index], document.models[index].latent.motion
+    return MotionWork(index, tuple(one.mu[motion].tolist()), one.lengths[motion])
+
+
+def landscape_work(facts: Facts, document: Document, index: int) -> LandscapeWork:
+    where = landscape_plane(facts[index], document, document.models[index])
+    target = given_target(facts, document, index)
+    return LandscapeWork(
+        model=index,
+        center=_vector(where.center),
+        directions=tuple(_vector(row) for row in where.directions),
+        zero=_vector(where.zero),
+        radius=where.radius,
+        target=target,
+        motion=-1 if target is not None else document.models[index].latent.motion,
+        labels=where.labels,
+    )
+
+
+def recognise_work(document: Document) -> RecogniseWork | None:
+    run = document.run
+    if run is None or document.target is None:
+        return None
+    return RecogniseWork(
+        model=run.model,
+        target=document.target,
+        observed=run.settings.observed,
+        init=run.settings.init,
+        iterations=run.done if run.settled else run.settings.iterations,
+        trials=run.settings.trials,
+        seed=run.seed,
+    )
+
+
+def export_work(
+    facts: Facts, document: Document, options: ExportOptions | None = None
+) -> ExportWork:
+    """What is on the screen now, as a file; with the document's own options by default."""
+    index = document.active
+    one = facts[index]
+    motion = MotionWork(index, document.current.latent.pb, motion_steps(facts, document, index))
+    name = f"{one.motions[document.current.latent.motion]} {one.name}"
+    return ExportWork(motion, name, document.export if options is None else options)
+
+
+def _vector(values: NDArray[np.float64]) -> Vector:
+    return tuple((np.round(values, DECIMALS) + 0.0).tolist())  # + 0.0: no -0.0

@@ -1,0 +1,171 @@
+/** Everything together: what the server shows goes to its part, what a person does goes to the server. */
+
+import { canvasFrame, listen, missing, send } from "./bridge.js";
+import { spaceToggles } from "./keys.js";
+import { LandscapeBoard } from "./landscape.js";
+import { Layout } from "./layout.js";
+import { MapBoard } from "./map.js";
+import { element, isDark, onSchemeChange } from "./page.js";
+import { Playback } from "./playback.js";
+import { Robots } from "./robots.js";
+import { installStyle } from "./style.js";
+import { TimeBar } from "./timebar.js";
+
+/** @typedef {import("./messages.js").Asked} Asked */
+/** @typedef {import("./messages.js").Shown} Shown */
+/** @typedef {{ [Kind in keyof Shown]: (shown: Shown[Kind]) => void }} Handlers */
+
+const RESIZE_MS = 300;
+const DOCUMENT = "rnnpb.document"; // in the tab's own storage
+
+class Part {
+  constructor() {
+    installStyle(isDark, onSchemeChange);
+    const ask = (/** @type {Asked} */ asked) => send(asked);
+    this.robots = new Robots();
+    this.map = new MapBoard(ask);
+    this.landscape = new LandscapeBoard(ask);
+    this.playback = new Playback(this.robots, ask, () => this.timebar?.refresh());
+    this.timebar = new TimeBar(this.playback, ask);
+    this.layout = new Layout([this.map, this.landscape], this.timebar, ask, () => this.fitted());
+    this.played = false;
+    spaceToggles(() => this.playback.toggle(), this.timebar.play);
+    listen((kind, body) => this.hear(kind, body));
+  }
+
+  /** @returns {Handlers} */
+  get handlers() {
+    const { map, landscape, playback, timebar, robots, layout } = this;
+    return {
+      RobotsShown: (shown) => robots.show(shown),
+      MotionShown: (shown) => {
+        playback.showMotion(shown);
+        timebar.showMotion(shown);
+      },
+      PlaybackShown: (shown) => {
+        this.played = true;
+        playback.show(shown);
+      },
+      MapShown: (shown) => {
+        map.show(shown);
+        landscape.showMap(shown);
+      },
+      PuckShown: (shown) => {
+        map.showPuck(shown);
+        landscape.showPuck(shown);
+      },
+      LandscapeShown: (shown) => landscape.show(shown),
+      PathShown: (shown) => {
+        map.showPath(shown);
+        landscape.showPath(shown);
+      },
+      CurvesShown: (shown) => timebar.showCurves(shown),
+      TextShown: ({ text, kind }) => layout.say(text, kind),
+      DocumentShown: ({ text }) => keep(text),
+    };
+  }
+
+  /** A message that cannot be shown costs that message. @param {string} kind @param {unknown} body */
+  hear(kind, body) {
+    const handler = this.handlers[/** @type {keyof Shown} */ (kind)];
+    try {
+      if (!handler) throw new Error("unknown");
+      /** @type {(body: unknown) => void} */ (handler)(body);
+    } catch (error) {
+      console.error(`rnnpb-explorer: ${kind} cannot be shown:`, error);
+      this.layout.say(`The page cannot show ${kind}: ${error}`, "problem");
+    }
+  }
+
+  /** The first word on every connection; the server answers with everything. */
+  hello() {
+    const { playing, frame, speed, loop } = this.playback.clock;
+    this.playback.number = null;
+    this.greeted = true;
+    clearTimeout(this.resting);
+    this.told = JSON.stringify(this.size());
+    send({
+      type: "Hello",
+      document: kept(),
+      ...this.size(),
+      dark: matchMedia("(prefers-color-scheme: dark)").matches,
+      playback: this.played ? { playing, frame, speed, loop } : null,
+    });
+  }
+
+  size() {
+    const box = canvasFrame()?.getBoundingClientRect();
+    return {
+      width: Math.round(box?.width ?? innerWidth),
+      height: Math.round(box?.height ?? innerHeight),
+      ratio: devicePixelRatio,
+      page_width: innerWidth,
+      page_height: innerHeight,
+    };
+  }
+
+  /** The server frames the robot anew once the canvas has kept another size for a while. */
+  fitted() {
+    const size = JSON.stringify(this.size());
+    if (size === this.told) return;
+    this.told = size;
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      if (this.greeted) send({ type: "Resized", ...this.size() });
+    }, RESIZE_MS);
+  }
+
+  told = "";
+  greeted = false;
+
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  resting = undefined;
+}
+
+/** @param {string} text */
+function keep(text) {
+  try {
+    sessionStorage.setItem(DOCUMENT, text);
+  } catch (error) {
+    console.warn("rnnpb-explorer: this tab cannot keep its state over a reload:", error);
+  }
+}
+
+function kept() {
+  try {
+    return sessionStorage.getItem(DOCUMENT);
+  } catch {
+    return null; // storage is switched off
+  }
+}
+
+/**
+ * Runs on every connection: the first time it makes everything, later it says hello again; a server
+ * with another version of it gets a fresh page.
+ * @param {string} version
+ */
+export function main(version) {
+  const page = /** @type {{ rnnpb?: { version: string, part: Part } }} */ (
+    /** @type {unknown} */ (window)
+  );
+  if (page.rnnpb && page.rnnpb.version !== version) {
+    location.reload();
+    return;
+  }
+  const problem = missing();
+  if (problem) {
+    console.error(`rnnpb-explorer: ${problem}`);
+    document.body.append(
+      element("p", {
+        role: "alert",
+        text: problem,
+        style:
+          "position:fixed;inset:0 0 auto;z-index:99;margin:0;padding:8px;background:#fff1e0;color:#a84300",
+      }),
+    );
+    send({ type: "Broken", reason: problem });
+    return;
+  }
+  page.rnnpb ??= { version, part: new Part() };
+  page.rnnpb.part.hello();
+}

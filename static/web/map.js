@@ -1,0 +1,392 @@
+/** The PB map: the learned mu on two components, what is selected, sigma as an ellipse, the puck. */
+
+import { Board } from "./board.js";
+import { classMark, css } from "./colors.js";
+import { placed } from "./labels.js";
+import { classLegend, scaleLegend } from "./legend.js";
+import { element, say } from "./page.js";
+import { drawPath } from "./path.js";
+import { FONT, haloed, line, tracePath } from "./plot.js";
+import {
+  clamp,
+  ellipseOf,
+  formatted,
+  nearest,
+  pointOf,
+  toData,
+  toPixel,
+  withEqualUnits,
+} from "./scales.js";
+
+/** @typedef {import("./board.js").Ask} Ask */
+/** @typedef {import("./colors.js").Mark} Mark */
+/** @typedef {import("./messages.js").MapShown} MapShown */
+/** @typedef {import("./messages.js").PathShown} PathShown */
+/** @typedef {import("./messages.js").PuckShown} PuckShown */
+/** @typedef {import("./moves.js").Move} Move */
+/** @typedef {import("./scales.js").Point} Point */
+/** @typedef {import("./scales.js").View} View */
+
+const RADIUS = 5; // of a point, in pixels
+const REACH = 12; // pixels from a point that the pointer still means it
+const FARTHEST = 0.3; // opacity of the point that lies farthest from the slice
+const LINE_HEIGHT = 13;
+
+export class MapBoard extends Board {
+  /** @param {Ask} ask */
+  constructor(ask) {
+    super(ask, {
+      title: "PB map",
+      name: "map",
+      label: "Map of the latent space. Drag or use the arrow keys to move the puck.",
+    });
+    /** @type {MapShown | null} */ this.shown = null;
+    /** @type {PuckShown | null} */ this.state = null;
+    /** @type {PathShown | null} */ this.path = null;
+    /** @type {Mark[]} */ this.marks = [];
+    /** @type {string | null} */ this.lit = null; // the class that the legend's pointer is on
+    /** @type {number[]} */ this.hidden = []; // the puck along the axes that are not drawn
+    /** @type {{ at: Point, hidden: number[] } | null} */ this.grabbed = null;
+    this.toggle = element("button", {
+      class: "rb-chip",
+      type: "button",
+      "aria-pressed": "false",
+      title: "Drag along the components that are not drawn (or hold Shift)",
+    });
+    this.toggle.addEventListener("click", () => this.setHidden(!this.movesHidden));
+    this.parts.tools.prepend(this.toggle);
+  }
+
+  get movesHidden() {
+    return this.toggle.getAttribute("aria-pressed") === "true";
+  }
+
+  /** @param {boolean} on */
+  setHidden(on) {
+    this.toggle.setAttribute("aria-pressed", String(on));
+    this.surface.request();
+  }
+
+  // --- what the server shows ---
+  /** @param {MapShown} shown */
+  show(shown) {
+    const before = this.shown;
+    this.shown = shown;
+    const [left = -1, right = 1, bottom = -1, top = 1] = shown.extent.data;
+    const same = before?.title === shown.title && String(before.axes) === String(shown.axes);
+    this.setHome({ left, right, bottom, top }, same);
+    say(this.parts.heading, shown.title ? `PB map · ${shown.title}` : "PB map");
+    this.marks = this.looks(shown);
+    this.showLegend(shown);
+    const names = shown.axis_labels.slice(shown.axes.length);
+    this.toggle.hidden = names.length === 0;
+    say(this.toggle, `⇅ ${names.join(", ")}`);
+    this.surface.request();
+    this.tell();
+  }
+
+  /** @param {PuckShown} state */
+  showPuck(state) {
+    this.state = state;
+    if (this.moves.accepts(state.heard)) {
+      this.puck = pointOf(state.on_map.data);
+      this.hidden = [...state.hidden.data];
+    }
+    this.parts.mark.hidden = !this.warned;
+    say(
+      this.parts.mark,
+      this.warned ? `extrapolating · ${formatted(state.extrapolation ?? 0, 1)}× the usual gap` : "",
+    );
+    this.surface.request();
+    this.tell();
+  }
+
+  /** @param {PathShown} path */
+  showPath(path) {
+    this.path = path;
+    this.surface.request();
+    this.tell();
+  }
+
+  /** @param {MapShown} shown @returns {Mark[]} */
+  looks({ colouring, classes, values, names }) {
+    if (colouring === "class") {
+      const order = [...new Set(classes)].sort();
+      return classes.map((name) => classMark(order.indexOf(name)));
+    }
+    return names.map((_, i) => ({
+      color: css(colouring, values?.data[i] ?? Number.NaN),
+      shape: "circle",
+    }));
+  }
+
+  /** @param {MapShown} shown */
+  showLegend({ colouring, classes }) {
+    if (colouring === "class") {
+      classLegend(this.parts.legend, classes, (name) => {
+        this.lit = name;
+        this.surface.request();
+      });
+    } else {
+      const ends = colouring === "valence" ? ["negative", "positive"] : ["calm", "excited"];
+      scaleLegend(this.parts.legend, colouring, ends[0] ?? "", ends[1] ?? "");
+    }
+  }
+
+  // --- a board's own answers ---
+  get flat() {
+    return this.shown?.axes.length === 1;
+  }
+
+  get warned() {
+    return (this.state?.extrapolation ?? 0) > 1;
+  }
+
+  /** @type {Board["fitted"]} */
+  fitted(extent, box) {
+    return this.flat ? extent : withEqualUnits(extent, box);
+  }
+
+  labels() {
+    return this.shown?.axis_labels ?? [];
+  }
+
+  /** @param {Point} at */
+  pointAt(at) {
+    const { view, shown } = this;
+    return view && shown ? nearest(view, shown.points.data, at, REACH) : -1;
+  }
+
+  /** @param {number} index */
+  select(index) {
+    this.ask({ type: "SelectMotion", index });
+  }
+
+  /** The whole plot is free to the hand, wider than the learned points. @param {Point} to @returns {Point} */
+  allowed([x, y]) {
+    const extent = this.view?.extent;
+    if (!extent) return [x, y];
+    return [
+      clamp(x, extent.left, extent.right),
+      this.flat ? 0 : clamp(y, extent.bottom, extent.top),
+    ];
+  }
+
+  /** @param {Point} at */
+  describe(at) {
+    const index = this.pointAt(at);
+    return index < 0 ? "" : this.wordsOn(index);
+  }
+
+  /** @param {number} index */
+  wordsOn(index) {
+    const { shown, state } = this;
+    if (!shown) return "";
+    const value = shown.values?.data[index];
+    const parts = [shown.names[index] ?? ""];
+    if (shown.colouring === "class") parts.push(shown.classes[index] ?? "");
+    else parts.push(value === undefined || Number.isNaN(value) ? "no rating" : formatted(value));
+    const off = state?.off_plane?.data[index];
+    if (off !== undefined) parts.push(`${formatted(off)} off this slice`);
+    return parts.filter(Boolean).join(" · ");
+  }
+
+  /** @param {Move} move @returns {import("./messages.js").Asked} */
+  asked({ to, axes, gesture, number, done }) {
+    const drawn = this.shown?.axes ?? [];
+    return { type: "MoveOnMap", axes: axes.length ? axes : drawn, to, gesture, number, done };
+  }
+
+  // --- along what is not drawn ---
+  /** @param {Point} at @param {MouseEvent} event @param {boolean} first */
+  moveTo(at, event, first) {
+    const { view } = this;
+    const hidden = this.shown?.hidden_axes ?? [];
+    if (first) {
+      const along = hidden.length > 0 && (this.movesHidden || event.shiftKey);
+      this.grabbed = along ? { at, hidden: [...this.hidden] } : null;
+    }
+    if (!this.grabbed || !view) {
+      super.moveTo(at, event, first);
+      return;
+    }
+    const from = toData(view, this.grabbed.at);
+    const to = toData(view, at);
+    this.putHidden(this.grabbed.hidden.map((value, i) => value + (to[i] ?? 0) - (from[i] ?? 0)));
+  }
+
+  /** @param {Point} way @param {boolean} shift */
+  step(way, shift) {
+    if (!this.view || !this.shown || !(shift || this.movesHidden)) {
+      super.step(way, shift);
+      return;
+    }
+    const { left, right } = this.view.extent;
+    this.putHidden(this.hidden.map((value, i) => value + (way[i] * (right - left)) / 50));
+  }
+
+  /** @param {number[]} to */
+  putHidden(to) {
+    this.hidden = to;
+    this.moves.put(to, this.shown?.hidden_axes ?? []);
+    this.surface.request();
+    this.tell();
+  }
+
+  // --- drawing ---
+  /** @param {CanvasRenderingContext2D} context @param {View} view */
+  content(context, view) {
+    const { shown, path, puck } = this;
+    if (!shown) return;
+    if (puck && this.state?.covariance) this.drawEllipse(context, view, puck);
+    this.drawPoints(context, view, shown);
+    if (path?.on_map) {
+      const { on_map: mu, samples_on_map: samples, radii, shown: last } = path;
+      drawPath(context, view, { mu, samples, radii, shown: last }, this.theme);
+    }
+    this.drawNames(context, view, shown);
+    this.drawHand(context, view);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {View} view @param {Point} puck */
+  drawEllipse(context, view, puck) {
+    const { major, minor, angle } = ellipseOf(this.state?.covariance?.data ?? []);
+    const unit = view.box.width / (view.extent.right - view.extent.left);
+    const [x, y] = toPixel(view, puck);
+    context.fillStyle = this.theme.puck;
+    context.strokeStyle = this.theme.puck;
+    context.lineWidth = 1.5;
+    for (const times of [2, 1]) {
+      context.beginPath();
+      context.ellipse(x, y, times * major * unit, times * minor * unit, -angle, 0, 2 * Math.PI);
+      context.globalAlpha = 0.13;
+      context.fill();
+      context.globalAlpha = 0.8 / times;
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  /** Opacity of a point: how near it is to the slice that is drawn. @param {number} i @param {number} farthest */
+  nearness(i, farthest) {
+    const name = this.shown?.classes[i];
+    if (this.lit !== null) return this.lit === name ? 1 : 0.15;
+    const off = this.state?.off_plane?.data[i] ?? 0;
+    return 1 - (1 - FARTHEST) * Math.min(off / farthest, 1);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {View} view @param {MapShown} shown */
+  drawPoints(context, view, { points, selected }) {
+    const farthest = Math.max(...(this.state?.off_plane?.data ?? []), 1e-9);
+    const order = this.marks
+      .map((_, i) => i)
+      .sort((a, b) => this.nearness(a, farthest) - this.nearness(b, farthest));
+    const under = this.hovered ? this.pointAt(this.hovered) : -1;
+    for (const i of order) {
+      const mark = this.marks[i];
+      if (!mark) continue;
+      const [x, y] = toPixel(view, pointOf(points.data, i));
+      const near = i === under || i === selected ? 1 : this.nearness(i, farthest);
+      tracePath(context, mark.shape, x, y, i === under ? RADIUS + 2 : RADIUS);
+      context.globalAlpha = near;
+      context.fillStyle = mark.color;
+      context.fill();
+      context.lineWidth = 1;
+      context.strokeStyle = this.theme.outline;
+      context.stroke();
+      context.globalAlpha = 1;
+      if (i !== selected) continue;
+      context.beginPath();
+      context.arc(x, y, RADIUS + 4, 0, 2 * Math.PI);
+      context.lineWidth = 2;
+      context.strokeStyle = this.theme.ink;
+      context.stroke();
+    }
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {View} view @param {MapShown} shown */
+  drawNames(context, view, { names, points, selected }) {
+    context.font = FONT;
+    context.textAlign = "left";
+    context.textBaseline = "middle";
+    const first = names
+      .map((_, i) => i)
+      .sort((a, b) => Number(b === selected) - Number(a === selected));
+    const visible = first.filter((i) => {
+      const [x, y] = toPixel(view, pointOf(points.data, i));
+      const { left, top, width, height } = view.box;
+      return x >= left && y >= top && x <= left + width && y <= top + height;
+    });
+    const marks = visible.map((i) => {
+      const [x, y] = toPixel(view, pointOf(points.data, i));
+      const width = context.measureText(names[i] ?? "").width;
+      return { x, y, radius: i === selected ? RADIUS + 4 : RADIUS, width };
+    });
+    placed(marks, LINE_HEIGHT, view.box).forEach((box, k) => {
+      const i = visible[k] ?? 0;
+      if (!box || (this.lit !== null && this.lit !== this.shown?.classes[i])) return;
+      const color = i === selected ? this.theme.ink : this.theme.quiet;
+      haloed(context, names[i] ?? "", box.left, box.top + box.height / 2, this.theme, color);
+    });
+  }
+
+  /** How far the hand has gone along what is not drawn. @param {CanvasRenderingContext2D} context @param {View} view */
+  drawHand(context, view) {
+    if (!this.grabbed || !this.moves.active || !this.puck) return;
+    const from = toData(view, this.grabbed.at);
+    const way = this.hidden.map((value, i) => value - (this.grabbed?.hidden[i] ?? 0));
+    const [x0, y0] = toPixel(view, from);
+    const [x1, y1] = toPixel(view, [from[0] + (way[0] ?? 0), from[1] + (way[1] ?? 0)]);
+    context.lineWidth = 2;
+    context.setLineDash([4, 3]);
+    line(context, this.theme.warning, x0, y0, x1, y1);
+    context.setLineDash([]);
+    const names = this.labels().slice(this.shown?.axes.length);
+    const text = this.hidden.map((value, i) => `${names[i]} ${formatted(value)}`).join("  ");
+    context.textAlign = "center";
+    context.textBaseline = "bottom";
+    haloed(context, text, x1, y1 - 12, this.theme);
+  }
+
+  // --- words ---
+  words() {
+    const { shown, state, puck } = this;
+    if (!shown || !puck) return {};
+    const labels = this.labels();
+    const drawn = this.flat ? [puck[0]] : puck;
+    const at = [...drawn, ...this.hidden].map((v, i) => `${labels[i]} ${formatted(v)}`).join(", ");
+    say(this.parts.readout, drawn.map((value) => formatted(value)).join(", "));
+    const selected = shown.selected === null ? "none" : (shown.names[shown.selected] ?? "none");
+    /** @type {Record<string, string>} */
+    const words = {
+      puck: `Puck at ${at}`,
+      selected: `Selected motion: ${selected}`,
+      colouring: `Coloured by ${shown.colouring}`,
+      points: `${shown.names.length} learned motions: ${shown.names
+        .map(
+          (name, i) =>
+            `${name} (${formatted(shown.points.data[2 * i])}, ${formatted(shown.points.data[2 * i + 1])})`,
+        )
+        .join("; ")}`,
+    };
+    if (state?.covariance) {
+      const { major, minor } = ellipseOf(state.covariance.data);
+      words.sigma = `Sigma on the map: ${formatted(major)} by ${formatted(minor)}`;
+    }
+    if (state?.extrapolation != null) {
+      const far = `${formatted(state.extrapolation, 1)} times the usual gap between motions`;
+      words.extrapolation = this.warned
+        ? `Extrapolating: ${far} away`
+        : `Near what was learned: ${far}`;
+    }
+    if (this.path?.on_map) words.path = wordsOnPath(this.path, this.path.on_map.data);
+    return words;
+  }
+}
+
+/** @param {PathShown} path @param {Float32Array} mu */
+export function wordsOnPath(path, mu) {
+  const last = Math.min(path.shown, mu.length / 2 - 1);
+  const [x, y] = [mu[2 * last] ?? 0, mu[2 * last + 1] ?? 0];
+  return `Recognition at iterate ${last} of ${mu.length / 2 - 1}: ${formatted(x)}, ${formatted(y)}, sigma ${formatted(path.radii.data[last])}`;
+}

@@ -1,0 +1,158 @@
+/**
+ * What the server shows and what the page asks, as types. The Python side of each is
+ * `app/page/shown.py` and `app/page/asked.py`, under the same names; a test compares them.
+ */
+
+/**
+ * A numpy array: rows first.
+ * @template {Float32Array | Uint8Array | Int32Array} [Data=Float32Array]
+ * @typedef {{ shape: number[], data: Data }} Numbers
+ */
+
+/**
+ * One robot. K moving nodes; positions in metres, angles in radians.
+ * @typedef {object} RobotShown
+ * @property {string} name
+ * @property {string} root scene node that carries the robot; a copy has none of its own
+ * @property {number | null} copy_of robot whose nodes it copies; null: its own nodes
+ * @property {string[]} nodes (K) scene nodes that move; of the robot that it copies
+ * @property {Numbers} rest_wxyz (K, 4)
+ * @property {Numbers} rest_position (K, 3)
+ * @property {Numbers} axes (K, 3) unit vectors in the node's frame
+ * @property {Numbers<Uint8Array>} sliding (K) 1 where the joint slides
+ * @property {Numbers<Int32Array>} columns (K) column of the motion that moves the node, -1 for none
+ * @property {Numbers} factors (K) times the column,
+ * @property {Numbers} offsets (K) plus this
+ * @property {Numbers} spot (3) where it stands
+ * @property {string[]} eyes scene nodes of the eyes' segments
+ */
+/** @typedef {{ robots: RobotShown[] }} RobotsShown */
+
+/**
+ * @typedef {object} MotionShown
+ * @property {number} robot
+ * @property {number} number of the motion, for what waits for it
+ * @property {Numbers} angles (T, J)
+ * @property {number} fps
+ * @property {Numbers<Uint8Array> | null} eyes (T, 3 * segments) RGB
+ * @property {Numbers | null} ghosts (K, T, J)
+ */
+
+/**
+ * @typedef {object} PlaybackShown
+ * @property {number} number applied when it differs from the last one's
+ * @property {boolean} playing
+ * @property {number} frame
+ * @property {number} speed
+ * @property {boolean} loop
+ */
+
+/** @typedef {"class" | "valence" | "arousal"} Colouring */
+/**
+ * @typedef {object} MapShown
+ * @property {string} title of the model
+ * @property {number[]} axes components that are drawn: two, or one
+ * @property {number[]} hidden_axes components that the toggle moves along, at most two
+ * @property {string[]} axis_labels of the axes, then of the hidden ones
+ * @property {Numbers} points (N, 2)
+ * @property {string[]} names (N)
+ * @property {Colouring} colouring
+ * @property {string[]} classes (N)
+ * @property {Numbers | null} values (N) from 0 to 1, NaN where there is none
+ * @property {number | null} selected
+ * @property {Numbers} extent (4) left, right, bottom, top of the whole map
+ */
+
+/**
+ * @typedef {object} PuckShown
+ * @property {Numbers} on_map (2)
+ * @property {Numbers | null} on_landscape (2)
+ * @property {Numbers} hidden (H) along the hidden axes
+ * @property {Numbers | null} covariance (2, 2) of N(mu, sigma^2) on the map
+ * @property {Numbers | null} off_plane (N) distance of each learned point from the slice
+ * @property {number | null} extrapolation distance to the nearest learned point over their spacing
+ * @property {number | null} heard number of the last move that is in it
+ */
+
+/**
+ * @typedef {object} LandscapeShown
+ * @property {Numbers} correlation (R, C), row = second axis, both ascending; one row: a line
+ * @property {Numbers} x (C)
+ * @property {Numbers} y (R)
+ * @property {Numbers} extent (4) left, right, bottom, top of all cells
+ * @property {boolean} complete
+ * @property {string[]} axis_labels
+ * @property {string} window in words
+ * @property {string} target in words
+ * @property {number} mean
+ * @property {number} area
+ * @property {number} roughness
+ * @property {Numbers | null} learned (M, 2) learned points within the window
+ * @property {Numbers<Int32Array> | null} learned_index (M) which of the motions each is
+ */
+
+/**
+ * A recognition's way on both boards; S iterates, M sampled PBs.
+ * @typedef {object} PathShown
+ * @property {Numbers | null} on_map (S, 2)
+ * @property {Numbers | null} on_landscape (S, 2)
+ * @property {Numbers} radii (S)
+ * @property {Numbers | null} samples_on_map (M, 2)
+ * @property {Numbers | null} samples_on_landscape (M, 2)
+ * @property {number} shown iterate that is shown
+ */
+
+/**
+ * @typedef {object} CurvesShown
+ * @property {string[]} names (J)
+ * @property {number | null} joint the one that is drawn; null: all
+ * @property {Numbers | null} reference (T', J)
+ * @property {Numbers | null} low (T, J) of a band; null: that of the ghosts
+ * @property {Numbers | null} high (T, J)
+ * @property {number | null} observed share of the reference that was observed; null: no handle
+ */
+
+/** @typedef {{ text: string, kind: "info" | "problem" }} TextShown */
+/** @typedef {{ text: string }} DocumentShown */
+
+/**
+ * @typedef {object} Shown everything that the server shows, by name
+ * @property {RobotsShown} RobotsShown
+ * @property {MotionShown} MotionShown
+ * @property {PlaybackShown} PlaybackShown
+ * @property {MapShown} MapShown
+ * @property {PuckShown} PuckShown
+ * @property {LandscapeShown} LandscapeShown
+ * @property {PathShown} PathShown
+ * @property {CurvesShown} CurvesShown
+ * @property {TextShown} TextShown
+ * @property {DocumentShown} DocumentShown
+ */
+
+/** @typedef {"map" | "landscape"} BoardName */
+/**
+ * Everything that the page asks.
+ * @typedef {(
+ *   | { type: "Hello", document: string | null, width: number, height: number, ratio: number,
+ *       page_width: number, page_height: number,
+ *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null }
+ *   | { type: "MoveOnMap", axes: number[], to: number[], gesture: number, number: number, done: boolean }
+ *   | { type: "MoveOnLandscape", axes: string[], to: number[], gesture: number, number: number, done: boolean }
+ *   | { type: "SelectMotion", index: number }
+ *   | { type: "SetPlaying", playing: boolean, frame: number }
+ *   | { type: "Seek", frame: number }
+ *   | { type: "SetSpeed", speed: number }
+ *   | { type: "SetLoop", loop: boolean }
+ *   | { type: "SetJoint", joint: number | null }
+ *   | { type: "SetObserved", share: number }
+ *   | { type: "Undo" }
+ *   | { type: "Redo" }
+ *   | { type: "Resized", width: number, height: number, ratio: number,
+ *       page_width: number, page_height: number }
+ *   | { type: "Broken", reason: string }
+ * )} Asked
+ */
+export const MESSAGE_TYPES = {
+  down: "RnnpbShown",
+  up: "RnnpbAsked",
+};

@@ -1,0 +1,239 @@
+/** Time: play, scrub, speed and loop, the joint curves over the same axis, what was observed. */
+
+import { Coalescer } from "./coalesce.js";
+import { theme } from "./colors.js";
+import { drawCurves, rangeOf } from "./curves.js";
+import { envelope } from "./motion.js";
+import { SEND_MS } from "./moves.js";
+import { element, isDark, onSchemeChange, Surface, say } from "./page.js";
+import { clamp, formatted } from "./scales.js";
+
+/** @typedef {import("./messages.js").CurvesShown} CurvesShown */
+/** @typedef {import("./messages.js").MotionShown} MotionShown */
+
+const SPEEDS = [0.25, 0.5, 1, 2];
+const EDGE = 10; // pixels left and right of the curves
+const HANDLE_REACH = 9; // pixels from the observed part's end that the pointer still means it
+const LEAST_OBSERVED = 0.05;
+
+/** @param {string} label @param {string} text @returns {HTMLButtonElement} */
+const button = (label, text) =>
+  element("button", {
+    class: "rb-button",
+    type: "button",
+    "aria-label": label,
+    title: label,
+    text,
+  });
+
+export class TimeBar {
+  /**
+   * @param {import("./playback.js").Playback} playback
+   * @param {(asked: import("./messages.js").Asked) => void} ask
+   */
+  constructor(playback, ask) {
+    this.playback = playback;
+    this.ask = ask;
+    /** @type {CurvesShown | null} */ this.curves = null;
+    /** @type {MotionShown | null} */ this.motion = null;
+    /** @type {{ low: Float32Array, high: Float32Array } | null} */ this.band = null;
+    /** @type {number | null} */ this.observed = null;
+    /** @type {"time" | "observed" | null} */ this.holding = null;
+    this.theme = theme(isDark());
+    this.told = new Coalescer(
+      (/** @type {number} */ share) => ask({ type: "SetObserved", share }),
+      SEND_MS,
+    );
+    this.play = button("Play", "▶");
+    this.play.classList.add("rb-play");
+    this.time = element("span", { class: "rb-time", role: "status", "aria-live": "off" });
+    this.value = element("span", { class: "rb-value" });
+    this.joint = element("select", { class: "rb-select", "aria-label": "Joint" });
+    this.speed = element(
+      "select",
+      { class: "rb-select", "aria-label": "Speed" },
+      SPEEDS.map((speed) => element("option", { value: speed, text: `${speed}×` })),
+    );
+    this.loop = button("Loop", "⟳");
+    this.plot = element("div", {
+      class: "rb-curves",
+      tabindex: "0",
+      role: "slider",
+      "aria-label": "Frame",
+      "aria-valuemin": 0,
+    });
+    this.root = element("section", { class: "rb-timebar", "aria-label": "Time" }, [
+      element("div", { class: "rb-row" }, [
+        this.play,
+        this.time,
+        this.value,
+        element("span", { class: "rb-grow" }),
+        this.joint,
+        this.speed,
+        this.loop,
+      ]),
+      this.plot,
+    ]);
+    this.surface = new Surface(this.plot, (context, width, height) =>
+      this.paint(context, width, height),
+    );
+    this.listen();
+    this.refresh();
+  }
+
+  listen() {
+    const { playback } = this;
+    this.play.addEventListener("click", () => playback.toggle());
+    this.loop.addEventListener("click", () => playback.setLoop(!playback.clock.loop));
+    this.speed.addEventListener("change", () => playback.setSpeed(Number(this.speed.value)));
+    this.joint.addEventListener("change", () => {
+      const joint = this.joint.value === "" ? null : Number(this.joint.value);
+      if (this.curves) this.showCurves({ ...this.curves, joint });
+      this.ask({ type: "SetJoint", joint });
+    });
+    this.plot.addEventListener("pointerdown", (event) => this.press(event));
+    this.plot.addEventListener("pointermove", (event) => this.move(event));
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
+      this.plot.addEventListener(end, () => {
+        if (this.holding === "observed") this.told.flush();
+        this.holding = null;
+      });
+    }
+    this.plot.addEventListener("keydown", (event) => this.key(event));
+    onSchemeChange(() => {
+      this.theme = theme(isDark());
+      this.surface.request();
+    });
+  }
+
+  // --- what the server shows ---
+  /** @param {CurvesShown} curves */
+  showCurves(curves) {
+    const before = this.curves?.names ?? [];
+    this.curves = curves;
+    if (this.holding !== "observed") this.observed = curves.observed;
+    if (String(before) !== String(curves.names)) {
+      this.joint.replaceChildren(
+        element("option", { value: "", text: "all joints" }),
+        ...curves.names.map((name, i) => element("option", { value: i, text: name })),
+      );
+    }
+    this.joint.value = curves.joint === null ? "" : String(curves.joint);
+    this.refresh();
+  }
+
+  /** @param {MotionShown} motion */
+  showMotion(motion) {
+    if (motion.robot !== 0) return;
+    this.motion = motion;
+    this.band = motion.ghosts ? envelope(motion.ghosts.data, motion.ghosts.shape[0] ?? 0) : null;
+    this.refresh();
+  }
+
+  // --- hands ---
+  /** @param {number} x CSS pixels in the plot @returns {number} share of the whole */
+  shareAt(x) {
+    return clamp((x - EDGE) / Math.max(this.surface.width - 2 * EDGE, 1), 0, 1);
+  }
+
+  /** Share of the axis where the observed part ends; it is a share of the reference. */
+  get observedEnd() {
+    if (this.observed === null) return null;
+    const frames = this.playback.clock.frames;
+    const reference = this.curves?.reference?.shape[0] ?? frames;
+    return frames > 1 ? (this.observed * (reference - 1)) / (frames - 1) : this.observed;
+  }
+
+  /** @param {PointerEvent} event */
+  press(event) {
+    if (event.button > 0) return;
+    const x = event.clientX - this.plot.getBoundingClientRect().left;
+    const end = this.observedEnd;
+    const handle = end === null ? null : EDGE + end * (this.surface.width - 2 * EDGE);
+    const onHandle = handle !== null && Math.abs(x - handle) <= HANDLE_REACH;
+    this.holding = onHandle ? "observed" : "time";
+    this.plot.setPointerCapture(event.pointerId);
+    this.move(event);
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    const x = event.clientX - this.plot.getBoundingClientRect().left;
+    const share = this.shareAt(x);
+    const { frames } = this.playback.clock;
+    if (this.holding === "time") this.playback.seek(share * (frames - 1));
+    if (this.holding === "observed") {
+      const reference = this.curves?.reference?.shape[0] ?? frames;
+      const part = reference > 1 ? (share * (frames - 1)) / (reference - 1) : share;
+      this.observed = clamp(part, LEAST_OBSERVED, 1);
+      this.told.offer(this.observed);
+      this.refresh();
+    }
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const { clock } = this.playback;
+    const to = {
+      ArrowLeft: Math.ceil(clock.frame) - 1,
+      ArrowRight: Math.floor(clock.frame) + 1,
+      Home: 0,
+      End: clock.frames - 1,
+    }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.playback.seek(to);
+  }
+
+  // --- showing ---
+  /** Bring everything up to the clock. */
+  refresh() {
+    const { clock } = this.playback;
+    const frame = Math.round(clock.frame);
+    say(this.play, clock.playing ? "❚❚" : "▶");
+    this.play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
+    this.play.title = `${clock.playing ? "Pause" : "Play"} (Space)`;
+    this.loop.setAttribute("aria-pressed", String(clock.loop));
+    if (document.activeElement !== this.speed) this.speed.value = String(clock.speed);
+    say(
+      this.time,
+      `${formatted(clock.frame / clock.fps)} s · ${frame} / ${Math.max(clock.frames - 1, 0)}`,
+    );
+    this.plot.setAttribute("aria-valuemax", String(Math.max(clock.frames - 1, 0)));
+    this.plot.setAttribute("aria-valuenow", String(frame));
+    const joint = this.curves?.joint ?? null;
+    const columns = this.motion?.angles.shape[1] ?? 0;
+    const value = joint === null ? undefined : this.motion?.angles.data[frame * columns + joint];
+    say(
+      this.value,
+      value === undefined ? "" : `${this.curves?.names[joint ?? 0]} ${formatted(value)} rad`,
+    );
+    this.surface.request();
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */
+  paint(context, width, height) {
+    const { clock } = this.playback;
+    const box = { left: EDGE, top: 6, width: width - 2 * EDGE, height: height - 21 };
+    const { curves, motion } = this;
+    const angles = motion?.angles ?? null;
+    const low = curves?.low?.data ?? this.band?.low ?? null;
+    const high = curves?.high?.data ?? this.band?.high ?? null;
+    const what = {
+      angles: angles?.data ?? new Float32Array(0),
+      reference: curves?.reference?.data ?? null,
+      low,
+      high,
+      columns: angles?.shape[1] ?? 0,
+      joint: curves?.joint ?? null,
+      frames: Math.max(clock.frames, 2),
+      fps: clock.fps,
+    };
+    const view = {
+      extent: { left: 0, right: what.frames - 1, ...rangeOf(what) },
+      box,
+    };
+    drawCurves(context, view, what, this.theme, this.observedEnd, clock.frame);
+  }
+}

@@ -1,0 +1,741 @@
+"""The panels: what a person's hand on a widget asks for, and what the widgets say of a picture."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import threading
+from collections.abc import Callable, Iterator
+from html import escape
+from itertools import combinations
+from queue import Queue
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import viser
+from msgspec.structs import replace
+
+from rnnpb_explorer.app.page import uploads
+from rnnpb_explorer.app.page.panels.bound import HELD_SECONDS, Bound, on_click
+from rnnpb_explorer.app.page.panels.explore import PAGE, ExplorePanel
+from rnnpb_explorer.app.page.panels.help import TEXT
+from rnnpb_explorer.app.page.panels.joints import (
+    JointsPanel,
+    curves,
+    observed_frames,
+    shown_joints,
+)
+from rnnpb_explorer.app.page.panels.playback import PlaybackPanel
+from rnnpb_explorer.app.page.panels.readout import ReadoutPanel, readout
+from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
+from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
+from rnnpb_explorer.app.page.stage import stage_for
+from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, read_upload
+from rnnpb_explorer.app.page.words import target_label, window_label
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.facts import Facts, ModelFacts
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.statecode import encode
+from rnnpb_explorer.core.motion import format_motion
+from rnnpb_explorer.robot.importing import SUFFIXES
+from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
+
+from ..app_states import (
+    FACTS,
+    JOINTS,
+    LANDSCAPE,
+    MU,
+    ONE_DIMENSION,
+    TWELVE_DIMENSIONS,
+    Page,
+    hand_on,
+    landscape_result,
+    make_facts,
+    make_target,
+    make_trace,
+    target_motion,
+)
+from .pictures import Clock, after, answered, broke_off, came_to, open_screen, opening
+
+TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
+LARGEST = (make_facts(128, "vast"),)
+DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
+ALL_SIZES = pytest.mark.parametrize(
+    "facts",
+    [ONE_DIMENSION, FACTS, DETERMINISTIC, TWELVE_DIMENSIONS, LARGEST],
+    ids=["D1", "D3", "deterministic", "D12", "D128"],
+)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    made = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def gui(server: viser.ViserServer) -> Iterator[viser.GuiApi]:
+    yield server.gui
+    server.gui.reset()
+
+
+def hand(handle: Any, value: object = True) -> None:
+    """A person sets a widget: viser stores the value, then tells of it with the person's client."""
+    handle._impl.value = value
+    event = SimpleNamespace(client=object(), client_id=0, target=handle)
+    for callback in handle._impl.update_cb:
+        result = callback(event)
+        if inspect.iscoroutine(result):
+            hand_on(result)
+
+
+def labelled(gui: viser.GuiApi, label: str) -> Any:
+    """The widget with this label."""
+    found = [
+        handle
+        for handle in gui._gui_input_handle_from_uuid.values()
+        if getattr(handle, "label", None) == label
+    ]
+    (handle,) = found
+    return handle
+
+
+# --- a widget whose value belongs to the state ---
+def bound(gui: viser.GuiApi) -> tuple[Bound, list[float], Clock]:
+    changed: list[float] = []
+    clock = Clock()
+    slider = gui.add_slider("x", 0.0, 1.0, 0.01, 0.5)
+    return Bound(slider, changed.append, clock), changed, clock
+
+
+def test_a_person_is_reported_once(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    hand(widget.handle, 0.75)
+    assert changed == [0.75]
+
+
+def test_the_apps_own_hand_is_not_reported(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    widget.show(0.25)
+    assert widget.handle.value == 0.25
+    event = SimpleNamespace(client=None, client_id=None, target=widget.handle)
+    hand_on(widget._on_update(event))  # type: ignore[arg-type]
+    assert changed == []
+
+
+def test_a_widget_in_a_persons_hand_is_left_alone(gui: viser.GuiApi) -> None:
+    widget, _, clock = bound(gui)
+    hand(widget.handle, 0.75)
+    widget.show(0.5)  # a state from a moment ago
+    assert widget.handle.value == 0.75
+    clock.now += 0.9 * HELD_SECONDS
+    widget.show(0.5)
+    assert widget.handle.value == 0.75
+    clock.now += 0.2 * HELD_SECONDS
+    widget.show(0.5)
+    assert widget.handle.value == 0.5
+
+
+def test_a_persons_value_is_not_overwritten_before_it_is_heard_of(gui: viser.GuiApi) -> None:
+    widget, changed, _ = bound(gui)
+    widget.handle._impl.value = 0.75  # what viser does first; its callbacks come later
+    widget.show(0.5)
+    hand(widget.handle, widget.handle.value)
+    assert changed == [0.75]
+
+
+def test_a_dropdown_shows_the_state_when_what_it_offers_has_changed(gui: viser.GuiApi) -> None:
+    dropdown = gui.add_dropdown("x", ["a", "b"], initial_value="b")
+    widget = Bound(dropdown, lambda _: None)
+    widget.offer(("c", "d"))
+    assert dropdown.value == "c"
+    widget.offer(("a", "b"))
+    widget.show("b")
+    assert dropdown.value == "b"
+
+
+def test_a_value_that_stands_there_is_not_written_again(gui: viser.GuiApi) -> None:
+    written: list[object] = []
+
+    class Handle:
+        def on_update(self, _: object) -> None: ...
+        @property
+        def value(self) -> float:
+            return 0.5
+
+        @value.setter
+        def value(self, value: float) -> None:
+            written.append(value)
+
+    Bound(Handle(), lambda _: None).show(0.5)
+    assert written == []
+
+
+def test_a_button_tells_of_a_persons_press_alone(gui: viser.GuiApi) -> None:
+    presses: list[int] = []
+    button = gui.add_button("press")
+    on_click(button, lambda: presses.append(1))
+    hand(button)
+    assert presses == [1]
+
+
+# --- explore ---
+@ALL_SIZES
+def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Facts) -> None:
+    sent: list[do.Intent] = []
+    picture = open_screen(facts)
+    panel = ExplorePanel(gui, facts, sent.append)
+    panel.show(picture)
+    dim = facts[0].pb_dim
+    for first in range(0, dim, PAGE):
+        if dim > PAGE:
+            sent.clear()
+            hand(labelled(gui, "Dimensions"), f"{first + 1}–{min(first + PAGE, dim)}")
+            assert sent == [do.ShowSliders(first)]
+            panel.show(after(picture, do.ShowSliders(first)))
+        for index in range(first, min(first + PAGE, dim)):
+            slider = labelled(gui, f"μ {index + 1}")
+            assert slider.value == pytest.approx(facts[0].mu[0, index])
+            assert slider.min <= slider.value <= slider.max
+            sent.clear()
+            hand(slider, 0.125)
+            assert sent == [do.SetMu(index, 0.125)]
+            if facts[0].stochastic:
+                sent.clear()
+                hand(labelled(gui, f"σ {index + 1}"), 0.25)
+                assert sent == [do.SetSigma(index, 0.25)]
+
+
+def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
+    ExplorePanel(gui, DETERMINISTIC, lambda _: None).show(open_screen(DETERMINISTIC))
+    labels = [getattr(h, "label", "") for h in gui._gui_input_handle_from_uuid.values()]
+    assert "μ 1" in labels
+    assert not any(str(label).startswith("σ") for label in labels)
+
+
+@pytest.mark.parametrize("value", [19.9, -20.0, 7.3, 1e6, -5e5])
+def test_a_slider_widens_for_a_value_beyond_its_end(gui: viser.GuiApi, value: float) -> None:
+    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    panel.show(after(open_screen(), do.SetMu(0, value)))
+    slider = labelled(gui, "μ 1")
+    assert slider.value == pytest.approx(value)
+    assert slider.min <= value <= slider.max
+
+
+def test_the_buttons_ask_for_what_they_say(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ExplorePanel(gui, FACTS, sent.append).show(open_screen())
+    for label, word in (
+        *(("Go to", "Reset"), ("Go to", "Random"), ("Go to", "Undo")),
+        *(("Noise ε", "New"), ("Noise ε", "None")),
+    ):
+        hand(labelled(gui, label), word)
+    assert sent == [
+        do.ResetLatent(),
+        do.RandomiseLatent(),
+        do.Undo(),
+        do.NewNoise(),
+        do.ClearNoise(),
+    ]
+
+
+def test_far_from_everything_learnt_the_panel_says_so(gui: viser.GuiApi) -> None:
+    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    assert "Extrapolating" not in panel._note.content
+    panel.show(after(open_screen(), do.SetMu(0, 15.0)))
+    assert "Extrapolating" in panel._note.content
+
+
+# --- playback ---
+def test_the_playback_widgets_follow_the_state(gui: viser.GuiApi) -> None:
+    clock = Clock()
+    panel = PlaybackPanel(gui, lambda _: None, clock)
+    picture = open_screen()
+    panel.show(picture)
+    assert labelled(gui, "Frame").max == 11
+    picture = after(picture, do.Seek(7), do.SetSpeed(2.0), do.SetLoop(False))
+    panel.show(picture)
+    assert labelled(gui, "Frame").value == 7
+    assert labelled(gui, "Speed ×").value == 2.0
+    assert labelled(gui, "Loop").value is False
+    assert labelled(gui, "Play") is not None
+    clock.now += 1.0
+    panel.show(answered(after(picture, do.SelectMotion(3))))
+    assert labelled(gui, "Frame").max == 20
+
+
+def test_the_playback_widgets_ask_for_absolute_values(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    PlaybackPanel(gui, sent.append).show(open_screen())
+    hand(labelled(gui, "Frame"), 5)
+    hand(labelled(gui, "Speed ×"), 0.5)
+    hand(labelled(gui, "Loop"), False)
+    hand(labelled(gui, "Pause"))
+    assert sent == [do.Seek(5), do.SetSpeed(0.5), do.SetLoop(False), do.TogglePlaying()]
+
+
+def test_every_speed_of_the_state_fits_its_slider(gui: viser.GuiApi) -> None:
+    panel = PlaybackPanel(gui, lambda _: None)
+    for speed in (0.0, 99.0):
+        panel.show(after(open_screen(), do.SetSpeed(speed)))
+        slider = labelled(gui, "Speed ×")
+        assert slider.min <= slider.value <= slider.max
+
+
+# --- view ---
+@pytest.mark.parametrize("letter", ["PC", "μ"])
+def test_a_label_of_axes_says_which_they_are(letter: str) -> None:
+    for axes in [(0,), *combinations(range(12), 2), (127, 3)]:
+        assert parse_axes(axes_label(letter, axes)) == axes
+
+
+@ALL_SIZES
+def test_the_view_panel_offers_only_axes_that_there_are(gui: viser.GuiApi, facts: Facts) -> None:
+    sent: list[do.Intent] = []
+    panel = ViewPanel(gui, sent.append)
+    picture = open_screen(facts)
+    panel.show(picture)
+    for bound_ in (panel._map_axes, panel._axes):
+        for option in bound_.handle.options:
+            sent.clear()
+            hand(bound_.handle, option)
+            moved = after(picture, *sent).document
+            shown = moved.map_axes if bound_ is panel._map_axes else moved.landscape_axes
+            assert shown == ("pca" if option == PCA else parse_axes(option))
+
+
+def test_axes_beyond_those_offered_are_shown_all_the_same(gui: viser.GuiApi) -> None:
+    """A state code may hold them."""
+    panel = ViewPanel(gui, lambda _: None)
+    picture = after(open_screen(LARGEST), do.SetMapAxes((20, 99)))
+    panel.show(after(picture, do.SetLandscapeAxes((100, 2))))
+    for bound_, label in ((panel._map_axes, "PC21, PC100"), (panel._axes, "μ101, μ3")):
+        assert bound_.handle.value == label
+        assert label in bound_.handle.options
+
+
+def test_the_view_panel_asks_for_the_code_and_restores_it(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = ViewPanel(gui, sent.append)
+    panel.show(open_screen())
+    hand(labelled(gui, "Show the code of this screen"))
+    assert labelled(gui, "Code").value == ""  # viser's event loop writes no widget
+    panel.show_code("rnnpb2-x")
+    assert labelled(gui, "Code").value == "rnnpb2-x"
+    hand(labelled(gui, "Restore from the code"))
+    hand(labelled(gui, "Code"), "rnnpb2-other")
+    panel.show(open_screen())
+    assert labelled(gui, "Code").value == "rnnpb2-other"  # shown once for each press
+    hand(labelled(gui, "Restore from the code"))
+    assert sent == [do.ShowCode(), do.RestoreCode("rnnpb2-x"), do.RestoreCode("rnnpb2-other")]
+
+
+def test_the_motion_on_the_screen_can_be_downloaded(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    ViewPanel(gui, sent.append)
+    hand(labelled(gui, "Download the motion (CSV)"))
+    assert sent == [do.DownloadMotion()]
+
+
+# --- joints ---
+def test_the_chosen_joint_comes_first_and_then_its_neighbours() -> None:
+    reference = np.zeros((4, 5), np.float32)
+    assert shown_joints(JOINTS, "a", reference) == [0, 1, 2]
+    assert shown_joints(JOINTS, "e", reference) == [4, 2, 3]
+    assert shown_joints(("a",), "a", reference[:, :1]) == [0]
+
+
+def test_without_a_choice_the_joints_that_move_most_are_shown() -> None:
+    reference = np.zeros((4, 5), np.float32)
+    reference[1] = [0.1, 0.9, 0.3, -2.0, 0.2]
+    assert shown_joints(JOINTS, "", reference) == [3, 1, 2]
+    assert shown_joints(JOINTS, "of another robot", reference) == [3, 1, 2]
+
+
+@pytest.mark.parametrize(("generated", "target"), [(6, 6), (6, 3), (3, 6), (2, 9)])
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_curves_have_one_time_axis(generated: int, target: int, share: float) -> None:
+    ours = np.linspace(0, 1, generated, dtype=np.float32)
+    theirs = np.linspace(1, 2, target, dtype=np.float32)
+    frame = round(share * (generated - 1))
+    series, low, high = curves(ours, theirs, frame, fps=10.0, observed=2)
+    seconds, solid, dashed, cursor, *shade = series
+    assert {len(one) for one in series} == {max(generated, target) + 1}
+    assert (np.diff(seconds) > 0).all()  # uPlot needs rising times
+    assert low < 0.0
+    assert high > 2.0
+    kept = np.delete(np.arange(len(seconds)), frame + 1)  # without the cursor's second sample
+    np.testing.assert_allclose(seconds[kept], np.arange(max(generated, target)) / 10)
+    np.testing.assert_array_equal(solid[kept][:generated], ours)
+    np.testing.assert_array_equal(dashed[kept][:target], theirs)
+    assert np.isnan(solid[kept][generated:]).all()
+    assert np.isnan(dashed[kept][target:]).all()
+    assert np.flatnonzero(np.isfinite(cursor)).tolist() == [frame, frame + 1]
+    assert cursor[[frame, frame + 1]].tolist() == [low, high]
+    shaded = np.flatnonzero(np.nan_to_num(shade[0] - shade[1]) > 0)
+    assert (seconds[shaded] < 0.2).all()
+    assert len(shaded) >= 2
+
+
+def test_a_joint_that_never_moves_has_a_plot_with_height() -> None:
+    still = np.zeros(5, np.float32)
+    _, low, high = curves(still, still, 0, fps=10.0, observed=0)
+    assert low < 0.0 < high
+
+
+def test_what_is_observed_is_shaded_only_while_the_target_is_looked_at() -> None:
+    picture = after(open_screen(), do.SetTarget(make_target(10)))
+    assert observed_frames(open_screen(), 12) == 0
+    assert observed_frames(picture, 10) == 8
+    assert observed_frames(after(picture, do.SetUseTarget(False)), 10) == 0
+
+
+def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
+    facts = (FACTS[0], make_facts(2, "other", joints=("x", "y", "c", "d", "e")))
+    sent: list[do.Intent] = []
+    panel = JointsPanel(gui, facts[0].joints, sent.append, Clock())
+    panel.show(opening(facts))  # before any motion
+    picture = open_screen(facts)
+    panel.show(picture)
+    chooser = labelled(gui, "Joints")
+    picture = after(picture, do.SetJoint("b"))
+    panel.show(picture)
+    assert chooser.value == "b"
+    panel.show(after(picture, do.SelectModel(1)))  # which has no joint of that name
+    assert "x" in chooser.options
+    assert chooser.value in chooser.options
+    hand(chooser, "x")
+    hand(chooser, chooser.options[0])
+    assert sent == [do.SetJoint("x"), do.SetJoint("")]
+
+
+def test_curves_are_drawn_anew_only_for_what_they_show(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    panel = JointsPanel(gui, JOINTS, lambda _: None, Clock())
+    monkeypatch.setattr(panel, "_draw", lambda plot, joint, *_: drawn.append(joint))
+    picture = answered(after(open_screen(), do.SetTarget(make_target()), do.SetPlaying(False)))
+    for _ in range(3):
+        panel.show(answered(picture))
+    assert len(drawn) == 3  # once, one a plot
+    panel.show(after(picture, do.Seek(3)))
+    assert len(drawn) == 6
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3))))
+    assert len(drawn) == 9
+    other = replace(make_target(), positions=bytes(200))
+    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3), do.SetTarget(other))))
+    assert len(drawn) == 12
+
+
+# --- recognise ---
+def before_a_run() -> Picture:
+    return after(open_screen(), do.SetTarget(make_target()))
+
+
+def started(iterations: int, trials: int) -> Picture:
+    return after(
+        before_a_run(),
+        do.SetRecognitionOption("iterations", iterations),
+        do.SetRecognitionOption("trials", trials),
+        do.StartRecognition(),
+    )
+
+
+def in_a_run(trials: int = 2, of: int = 20) -> Picture:
+    """Five iterations of a run, which ends after `of`."""
+    trace = make_trace(np.linspace(0, 1, 6 * trials * 3).reshape(6, trials, 3))
+    return came_to(started(of, trials), trace)
+
+
+def after_a_run(trials: int = 2) -> Picture:
+    return in_a_run(trials, of=5)
+
+
+def test_without_a_target_nothing_can_be_started(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(open_screen())
+    assert labelled(gui, "Start").disabled
+    panel.show(before_a_run())
+    assert not labelled(gui, "Start").disabled
+    assert "given" in panel._target.content
+
+
+def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(in_a_run())
+    assert not labelled(gui, "Start").visible
+    assert labelled(gui, "Cancel").visible
+    assert not labelled(gui, "Iteration").visible
+    assert panel._progress.visible
+    assert panel._progress.value == pytest.approx(25.0)  # 5 of 20
+    reset = after(in_a_run(), do.SetRecognitionOption("iterations", 1))  # of the next run
+    panel.show(reset)
+    assert panel._progress.value == pytest.approx(25.0)
+    assert "of 20" in status_line(reset)
+    panel.show(after(in_a_run(), do.CancelRecognition()))
+    assert labelled(gui, "Start").visible
+    assert not labelled(gui, "Cancel").visible
+    assert not panel._progress.visible
+
+
+def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = RecognisePanel(gui, FACTS, sent.append)
+    picture = after_a_run()
+    panel.show(picture)
+    iteration, trial = labelled(gui, "Iteration"), labelled(gui, "Trial")
+    assert iteration.visible
+    assert trial.visible
+    assert (iteration.max, trial.max) == (5, 2)
+    assert picture.trace is not None
+    best = picture.trace.best
+    assert (iteration.value, trial.value) == (best[0] + 1, best[1] + 1)
+    hand(iteration, 3)
+    hand(trial, 1)
+    assert sent == [do.ScrubRecognition(2, best[1]), do.ScrubRecognition(2, 0)]
+
+
+def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.GuiApi) -> None:
+    path = np.linspace(0, 1, 5 * 2 * 3).reshape(5, 2, 3)
+    loss = np.array([[0.9, 0.8], [0.5, 0.1], [0.6, 0.7], [0.4, 0.3]])  # the best: 2 of trial 2
+    trace = make_trace(path, loss=loss)
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel.show(after(came_to(started(20, 2), trace), do.CancelRecognition()))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (4, 1)
+    panel.show(came_to(started(4, 2), trace))
+    assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (2, 2)
+
+
+def test_one_trial_needs_no_choice_of_trials(gui: viser.GuiApi) -> None:
+    RecognisePanel(gui, FACTS, lambda _: None).show(after_a_run(trials=1))
+    assert not labelled(gui, "Trial").visible
+
+
+def test_the_settings_ask_for_what_they_say(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = RecognisePanel(gui, FACTS, sent.append)
+    panel.show(before_a_run())
+    hand(labelled(gui, "Observed"), 0.5)
+    hand(labelled(gui, "Iterations"), 40)
+    hand(labelled(gui, "Trials"), 3)
+    for option in labelled(gui, "Warm start").options:
+        hand(labelled(gui, "Warm start"), option)
+    for button in ("Start", "Cancel", "Forget the target"):
+        hand(labelled(gui, button))
+    options = [i for i in sent if isinstance(i, do.SetRecognitionOption)]
+    assert [(option.name, option.value) for option in options] == [
+        ("observed", 0.5),
+        ("iterations", 40),
+        ("trials", 3),
+        ("init", "learned"),
+        ("init", "baseline"),
+        ("init", "random"),
+    ]
+    assert sent[-3:] == [do.StartRecognition(), do.CancelRecognition(), do.ClearTarget()]
+
+
+def test_the_examples_that_ship_are_targets(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    facts = (make_facts(joints=PEPPER_JOINTS),)
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, facts, sent.put)
+    panel.show(open_screen(facts))
+    names = list(example_files())
+    if not names:
+        pytest.skip("no examples ship")
+    for name in names:
+        hand(labelled(gui, "Example"), name)
+        intent = sent.get(timeout=TIMEOUT)
+        assert isinstance(intent, do.SetTarget)
+        assert intent.target.name == name
+        told = sent.get(timeout=TIMEOUT)
+        assert isinstance(told, do.Say)
+        assert told.good
+    monkeypatch.setattr(panel._reader, "read", None)
+    hand(labelled(gui, "Example"), "choose …")  # nothing is read
+
+
+def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, chosen = threading.Event(), threading.Event()
+
+    def read(name: str, content: bytes, facts: ModelFacts) -> tuple[do.Intent, ...]:
+        begun.set()
+        assert chosen.wait(TIMEOUT)
+        return (do.Say(name),)
+
+    monkeypatch.setattr(uploads, "read_upload", read)
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, FACTS, sent.put)
+    upload = panel._upload
+    hand(upload, viser.UploadedFile("large.csv", b"..."))
+    assert begun.wait(TIMEOUT)
+    assert upload.value.content == b""
+    name = next(iter(example_files()))
+    hand(labelled(gui, "Example"), name)
+    chosen.set()
+    assert sent.get(timeout=TIMEOUT) == do.Say(f"{name}.csv")
+    assert sent.empty()
+
+
+def test_a_state_code_can_be_chosen_among_the_files(gui: viser.GuiApi) -> None:
+    """One that is too long for a line is saved as one."""
+    sent: Queue[do.Intent] = Queue()
+    panel = RecognisePanel(gui, FACTS, sent.put)
+    assert CODE_SUFFIX in panel._upload._impl.props.mime_type.split(",")  # type: ignore[attr-defined]
+    code = encode(after(open_screen(), do.SetTarget(make_target())).document)
+    hand(panel._upload, viser.UploadedFile(f"screen{CODE_SUFFIX}", code.encode()))
+    assert sent.get(timeout=TIMEOUT) == do.RestoreCode(code)
+
+
+def test_the_status_says_how_far_the_run_is() -> None:
+    assert status_line(before_a_run()) == ""
+    assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run())
+    cancelled = after(in_a_run(), do.CancelRecognition())
+    assert status_line(cancelled) == "Recognition cancelled after 5 iterations"
+    assert status_line(after_a_run()).startswith("Recognition done: best iterate: 5")
+
+
+def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
+    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    picture = after_a_run()
+    assert picture.trace is not None
+    picture.trace.prediction_error[:] = math.nan
+    panel.show(picture)
+    assert len(panel._loss.data[0]) == 5
+
+
+# --- any panel ---
+@pytest.mark.parametrize("name", ["<style>body{display:none}", "*a*", "![a](b.png)", "<b>&amp;"])
+def test_names_from_anywhere_stay_text(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """viser's markdown renders raw HTML, so it must not hold any of them."""
+    markdown, html = record(monkeypatch, gui, "add_markdown"), record(monkeypatch, gui, "add_html")
+    joints = tuple(f"{name}{number}" for number in range(5))
+    named = target_motion(joints=joints)
+    data = (named, None, None, None)
+    names = (name, "bow", "rest", "nod")
+    facts = (make_facts(name=name, names=names, joints=joints, data=data),)
+    panels: list[Any] = [
+        ReadoutPanel(gui),
+        RecognisePanel(gui, facts, lambda _: None),
+        ExplorePanel(gui, facts, lambda _: None),
+        JointsPanel(gui, facts[0].joints, lambda _: None),
+        ViewPanel(gui, lambda _: None),
+    ]
+    upload, _ = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
+    assert isinstance(upload, do.SetTarget)
+    uploaded = after(open_screen(facts), upload)
+    running = after(uploaded, do.StartRecognition())
+    for picture in (open_screen(facts), answered(uploaded), broke_off(running, f"cell {name}")):
+        for panel in panels:
+            panel.show(picture)
+        assert not any(name in handle.content for handle in markdown)
+        written = "".join(handle.content for handle in html)
+        assert escape(name) in written
+        assert "<style>" not in written
+        assert "<b>" not in written
+
+
+def record(monkeypatch: pytest.MonkeyPatch, gui: viser.GuiApi, name: str) -> list[Any]:
+    """What a method of the gui makes from now on."""
+    made: list[Any] = []
+    make = getattr(gui, name)
+
+    def making(*args: Any, **options: Any) -> Any:
+        made.append(make(*args, **options))
+        return made[-1]
+
+    monkeypatch.setattr(gui, name, making)
+    return made
+
+
+def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
+    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A person may be at a widget while the ones after it are being made."""
+    hasty: list[str] = []
+    for kind, register in (
+        (viser.GuiInputHandle, "on_update"),
+        (viser.GuiButtonHandle, "on_click"),
+        (viser.GuiButtonGroupHandle, "on_click"),
+        (viser.GuiUploadButtonHandle, "on_upload"),
+    ):
+        monkeypatch.setattr(kind, register, at_once(getattr(kind, register), hasty))
+    picture, sent = open_screen(), Queue[do.Intent]()
+    for panel in (
+        ExplorePanel(gui, FACTS, sent.put),
+        PlaybackPanel(gui, sent.put),
+        JointsPanel(gui, FACTS[0].joints, sent.put),
+        RecognisePanel(gui, FACTS, sent.put),
+        ViewPanel(gui, sent.put),
+    ):
+        panel.show(picture)
+    assert {"Upload a motion", "Iteration", "Trial", "Code"} <= set(hasty)
+
+
+def at_once(register: Callable[..., Any], hasty: list[str]) -> Callable[..., Any]:
+    """To register a callback of a widget, with a person's hand on it that very moment."""
+
+    def registered(handle: Any, callback: Callable[..., Any]) -> Any:
+        result = register(handle, callback)
+        hasty.append(handle.label)
+        if isinstance(handle, viser.GuiUploadButtonHandle):
+            handle._impl.value = viser.UploadedFile("hasty.csv", b"")
+        hand_on(callback(SimpleNamespace(client=object(), client_id=0, target=handle)))
+        return result
+
+    return registered
+
+
+def test_the_help_speaks_of_the_screen_as_it_is() -> None:
+    stage = stage_for(1)
+    assert stage.map_board.center[2] > stage.landscape_board.center[2]
+    assert "**PB map** (the upper board)" in TEXT
+    assert "**landscape** (the lower one)" in TEXT
+    for suffix, word in {".csv": "CSV", ".json": "JSON", ".py": "NAOqi script"}.items():
+        assert suffix in SUFFIXES
+        assert word in TEXT
+
+
+# --- words ---
+def test_the_readout_says_complete_only_of_what_is_asked_for() -> None:
+    picture = open_screen()
+    assert readout(picture).startswith("Landscape 20×20 complete: mean 0.000")
+    moved = after(picture, do.SetMu(2, 0.9))  # the newer one has not come
+    assert readout(moved).startswith("Landscape coarse")
+    assert readout(opening()) == "Landscape …"
+
+
+def test_a_landscape_that_comes_late_is_not_called_complete() -> None:
+    page = Page().compute()
+    late = page.wanted[LANDSCAPE]
+    page.do(do.SetMu(2, 0.9)).deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape coarse")
+    page.compute().deliver(LANDSCAPE, landscape_result(), work=late)
+    assert readout(page.picture).startswith("Landscape 20×20 complete")
+
+
+def test_the_target_is_called_by_its_name() -> None:
+    assert target_label(open_screen()) == "wave (own reconstruction, σ = 0)"
+    data = (make_facts(data=(target_motion(), None, None, None)),)
+    assert target_label(open_screen(data)) == "wave (data)"
+    picture = before_a_run()
+    assert target_label(picture) == "given"
+    picture = after(picture, do.SetUseTarget(False))
+    assert target_label(picture) == "wave (own reconstruction, σ = 0)"
+
+
+def test_the_window_is_called_by_its_width() -> None:
+    assert window_label(open_screen()) == "±1"
+    relative = after(open_screen(), do.SetWindow("sd"))
+    assert window_label(relative) == f"±0.7 sd (±{0.7 * MU.std(axis=0, ddof=1).mean():.2f})"

@@ -1,0 +1,302 @@
+"""The robot on the screen: the safety light, the limited motion, eyes, files, other robots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import viser
+from arm import write_arm
+from msgspec import structs
+
+from rnnpb_explorer.app.page.panels.robot import (
+    INSISTED,
+    RobotPanel,
+    SafetyLight,
+    joint_lines,
+    note_html,
+    report_html,
+)
+from rnnpb_explorer.app.page.panels.view import ViewPanel
+from rnnpb_explorer.app.page.robots import Robots, robot_names
+from rnnpb_explorer.app.page.stage import stage_for
+from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.words import light_words, safety_lines
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.computed import Entry
+from rnnpb_explorer.app.state.document import ExportOptions, target_of_motion
+from rnnpb_explorer.app.state.facts import Facts
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.results import ExportedFile
+from rnnpb_explorer.app.state.update import update
+from rnnpb_explorer.app.state.wanted import export_work
+from rnnpb_explorer.core.motion import format_motion
+from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
+from rnnpb_explorer.robot.export import export_motion
+from rnnpb_explorer.robot.pepper import EYE_COLUMNS
+from rnnpb_explorer.robot.safety_report import SafetyReport, Violation
+
+from ..app_states import FACTS, JOINTS, Page, make_facts, target_motion
+from .pictures import after, answered, checked, open_screen
+
+PAIR = (make_facts(name="one"), make_facts(name="two"))
+TRACK = np.random.default_rng(0).random((10, 2, 8, 3)).astype(np.float32)
+FAST = Violation("velocity", "a", 12, 15, 8.94, 7.3, 1.22)
+FAR = Violation("position", "<b>", 3, 3, -2.5, -2.0, 0.5)
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    return load_robot(str(write_arm(tmp_path_factory.mktemp("robot"))))
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    running = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def gui(server: viser.ViserServer) -> Iterator[viser.GuiApi]:
+    yield server.gui
+    server.gui.reset()
+
+
+@pytest.fixture
+def scene(server: viser.ViserServer) -> Iterator[viser.SceneApi]:
+    yield server.scene
+    server.scene.reset()
+
+
+def report(*violations: Violation) -> SafetyReport:
+    return SafetyReport(violations, ())
+
+
+# --- the safety light ---
+def test_the_light_says_which_joints_and_frames() -> None:
+    found = checked(open_screen(), FAST).checked
+    assert found is not None
+    assert safety_lines(report(FAST)) == ["a: velocity 8.9 rad/s over 7.3, frames 12–15"]
+    assert "a: velocity 8.9 rad/s over 7.3, frames 12–15" in report_html(found)
+    assert light_words(report(FAST)) == "1 joint a little beyond the limits"
+    assert light_words(report(FAST, FAR)) == "1 joint far beyond the limits"
+    assert light_words(report()) == "within the robot's limits"
+
+
+def test_many_faults_are_few_lines() -> None:
+    again = [Violation("velocity", "a", n, n + 1, 8.0, 7.3, 1.1) for n in range(20, 60, 8)]
+    (line,) = safety_lines(report(FAST, *again))
+    assert line == "a: velocity 8.9 rad/s over 7.3, frames 12–15, 20–21, 28–29 and 3 more times"
+    many = [Violation("position", f"j{n}", 1, 1, 3.0, 2.0, 1.0) for n in range(17)]
+    lines = safety_lines(report(*many))
+    assert len(lines) == 5
+    assert lines[-1] == "and 13 more"
+
+
+def test_names_from_anywhere_stay_text() -> None:
+    found = checked(open_screen(), FAR).checked
+    assert found is not None
+    for html in (report_html(found), note_html(found, ExportOptions())):
+        assert "&lt;b&gt;" in html
+        assert "<b>" not in html
+
+
+def test_the_light_is_of_the_active_model(gui: viser.GuiApi, arm: Robot) -> None:
+    light = SafetyLight(gui, PAIR, arm)
+    picture = checked(checked(open_screen(PAIR)), FAST, model=1)
+    light.show(picture)
+    assert "within the robot" in light._html.content
+    assert "; 1 not on it" in light._html.content  # the arm has no joint e
+    light.show(after(picture, do.SelectModel(1)))
+    assert "a little beyond" in light._html.content
+
+
+def test_until_a_new_motion_is_checked_the_light_stays(gui: viser.GuiApi, arm: Robot) -> None:
+    light = SafetyLight(gui, FACTS, arm)
+    light.show(checked(open_screen(), FAST))
+    moved = answered(after(checked(open_screen(), FAST), do.SetMu(0, 0.7)))
+    assert moved.checked is None
+    light.show(moved)
+    assert "a little beyond" in light._html.content
+    light.show(checked(moved))
+    assert "within the robot" in light._html.content
+
+
+# --- raw and limited ---
+@pytest.mark.parametrize(
+    ("facts", "names"),
+    [(FACTS, ["raw", "limited"]), (PAIR, ["one, raw", "two", "one, limited"])],
+    ids=["one model", "two models"],
+)
+def test_each_robot_says_which_it_is(facts: Facts, names: list[str]) -> None:
+    picture = open_screen(facts)
+    assert robot_names(picture) == ([] if len(facts) == 1 else ["one", "two"])
+    assert robot_names(after(picture, do.SetSideBySide(True))) == names
+
+
+def test_a_second_robot_comes_and_goes(scene: viser.SceneApi, arm: Robot) -> None:
+    robots = Robots(scene, arm, FACTS, stage_for(2).robots, 1.2)
+    picture = after(open_screen(), do.SetSideBySide(True))
+    robots.show(checked(picture, FAST, limited=0.4))
+    assert robots._limited is not None
+    raw, limited = robots._views[0], robots._limited
+    assert not np.allclose(raw._wxyz, limited._wxyz)
+    frame = arm.tree.frames[0]  # joint a turns about z
+    assert frame.joint == "a"
+    np.testing.assert_allclose(limited._wxyz[0], [np.cos(0.2), 0, 0, np.sin(0.2)], atol=1e-6)
+    assert [label.text for label in robots._labels.values()] == ["raw", "limited"]
+    robots.show(after(picture, do.SetSideBySide(False)))
+    assert robots._limited is None
+    assert robots._labels == {}
+
+
+# --- export ---
+def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Robot) -> None:
+    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    picture = checked(open_screen(), FAST)
+    panel.show(picture)
+    assert "Limited in the file: a." in panel._note.content
+    panel.show(checked(open_screen()))
+    assert "exported as it is" in panel._note.content
+    panel.show(after(picture, do.SetExportOption("beyond_limits", True)))
+    assert INSISTED in panel._note.content
+    assert panel._beyond.handle.value
+
+
+def test_what_was_written_is_said_of_this_motion_and_these_options_alone(
+    gui: viser.GuiApi, arm: Robot
+) -> None:
+    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    page = Page().compute()
+    work = export_work(FACTS, page.document)
+    file = Entry(work, ExportedFile("wave.csv", "a", "wave.csv: 12 frames"), done=True)
+    page.computed = page.computed.put({("export", 0): work}, ("export", 0), file)
+    panel.show(page.picture)
+    assert "wave.csv: 12 frames" in panel._written.content
+    for change in (do.SetExportOption("safe_posture", True), do.SetMu(0, 0.7)):
+        other = replace(page.picture, document=update(FACTS, page.document, change))
+        panel.show(other)
+        assert panel._written.content == ""
+        panel.show(page.picture)
+        assert "wave.csv" in panel._written.content
+
+
+# --- eyes ---
+def with_eyes() -> Picture:
+    return after(open_screen(), do.SetTarget(target_of_motion(target_motion(), TRACK)))
+
+
+def test_the_switch_is_there_only_with_a_track(gui: viser.GuiApi) -> None:
+    sent: list[do.Intent] = []
+    panel = ViewPanel(gui, sent.append, has_eyes=True)
+    panel.show(open_screen())
+    assert not panel._eyes.handle.visible
+    panel.show(with_eyes())
+    assert panel._eyes.handle.visible
+    blind = ViewPanel(gui, sent.append)
+    blind.show(with_eyes())
+    assert not blind._eyes.handle.visible
+
+
+def test_the_eyes_follow_the_motion_and_rest_without(scene: viser.SceneApi) -> None:
+    pepper = load_robot("pepper")
+    robots = Robots(scene, pepper, FACTS, stage_for(2).robots, 1.2)
+    assert robots.have_eyes
+    eyes = robots._views[0]._eyes
+    assert eyes is not None
+    robots.show(open_screen())
+    rest = np.array(eyes.batched_colors)
+    picture = after(with_eyes(), do.SetPlaying(False))
+    colors = []
+    for phase in (0.0, 1.0):
+        playback = structs.replace(picture.document.playback, phase=phase)
+        document = structs.replace(picture.document, playback=playback)
+        robots.show(replace(picture, document=document))
+        colors.append(np.array(eyes.batched_colors))
+    for seen, frame in zip(colors, (TRACK[0], TRACK[-1]), strict=True):
+        assert np.corrcoef(seen.ravel(), frame.ravel())[0, 1] > 0.999
+    robots.show(after(picture, do.SetEyes(False)))
+    np.testing.assert_array_equal(eyes.batched_colors, rest)
+
+
+def led_csv(value: str = "0.5") -> bytes:
+    rows = format_motion(target_motion()).splitlines()
+    leds = [",".join(EYE_COLUMNS), *[",".join([value] * len(EYE_COLUMNS))] * (len(rows) - 1)]
+    return "\n".join(f"{row},{led}" for row, led in zip(rows, leds, strict=True)).encode()
+
+
+def test_an_upload_with_led_columns_brings_its_colours() -> None:
+    intent, told = read_upload("blue.csv", led_csv(), FACTS[0])
+    assert isinstance(intent, do.SetTarget)
+    assert intent.target.eye_track is not None
+    assert intent.target.eye_track.shape == (10, 2, 8, 3)
+    np.testing.assert_allclose(intent.target.eye_track, 0.5, atol=0.5 / 255)
+    assert isinstance(told, do.Say)
+    assert "with eye colours" in told.text
+
+
+def test_bad_colours_leave_a_good_motion() -> None:
+    intent, told = read_upload("blue.csv", led_csv("7"), FACTS[0])
+    assert isinstance(intent, do.SetTarget)
+    assert intent.target.eye_track is None
+    assert isinstance(told, do.Say)
+    assert "left out" in told.text
+    assert "\n" not in told.text
+
+
+# --- uploads of exports ---
+@pytest.mark.parametrize("name", ["wave.json", "WAVE.JSON"])
+def test_an_export_can_be_uploaded(arm: Robot, name: str) -> None:
+    content = export_motion(target_motion(), arm, "json", enforce_limits=False).content
+    intent, _ = read_upload(name, content.encode(), FACTS[0])
+    assert isinstance(intent, do.SetTarget)
+    assert intent.target.name in ("wave", "WAVE")
+    np.testing.assert_allclose(intent.target.array, target_motion().positions, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["../../x.json", "x.py", ".json", "x.json.csv"])
+def test_a_bad_export_is_refused_in_one_line(name: str) -> None:
+    (told,) = read_upload(name, b"{]\nnope", FACTS[0])
+    assert isinstance(told, do.Say)
+    assert not told.good
+    assert "\n" not in told.text
+
+
+# --- joints that do not match ---
+def test_joints_without_a_match_are_named_on_the_screen(gui: viser.GuiApi, arm: Robot) -> None:
+    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    panel.show(open_screen())
+    for line in (
+        "arm: 4 of the 5 joints of the model.",
+        "Not on this robot, so not seen: e.",
+        "Not moved by the model: slide.",
+    ):
+        assert line in panel._joints.content
+
+
+def test_many_joints_without_a_match_are_few_words(arm: Robot) -> None:
+    facts = make_facts(joints=tuple(f"j{n}" for n in range(40)))
+    lines = joint_lines(arm, facts, match_joints(arm, facts.joints))
+    assert lines[1] == "Not on this robot, so not seen: j0, j1, j2, j3, j4, j5 and 34 more."
+
+
+def test_where_all_fits_no_more_is_said() -> None:
+    facts = make_facts(joints=load_robot("pepper").joints)
+    pepper = load_robot("pepper")
+    assert len(joint_lines(pepper, facts, match_joints(pepper, facts.joints))) == 1
+
+
+def test_what_a_description_lacks_is_said(tmp_path: Path) -> None:
+    path = write_arm(tmp_path)
+    path.write_text(
+        path.read_text().replace(
+            '<cylinder radius="0.15" length="0.1"/>', '<mesh filename="package://arm/no.stl"/>'
+        )
+    )
+    robot = load_robot(str(path))
+    lines = joint_lines(robot, FACTS[0], match_joints(robot, JOINTS))
+    assert any("no.stl" in line for line in lines)

@@ -1,0 +1,354 @@
+"""What the server loads, serves and refuses; no browser is needed."""
+
+from __future__ import annotations
+
+import socket
+import sys
+import urllib.request
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from rnnpb_explorer.app.page.server import (
+    MAX_MODELS,
+    App,
+    ServerOptions,
+    describe_models,
+    liveliest,
+    load_models,
+    model_names,
+    opening_state,
+    start,
+    unmatched_joints,
+)
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.statecode import encode
+from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
+from rnnpb_explorer.core.errors import InputError
+from rnnpb_explorer.core.model import RNNPB, ModelInfo
+from rnnpb_explorer.core.motion import Motion, MotionLabel, write_motion
+from rnnpb_explorer.robot.description import load_robot
+
+from .app_states import after
+
+
+@pytest.fixture
+def checkpoint(tiny_model: RNNPB, tmp_path: Path) -> str:
+    path = tmp_path / "tiny.pt"
+    save_checkpoint(tiny_model, path)
+    return str(path)
+
+
+@pytest.fixture
+def options(checkpoint: str) -> ServerOptions:
+    return ServerOptions(checkpoints=(checkpoint,), port=0)
+
+
+@pytest.fixture
+def nameless(tiny_model: RNNPB) -> RNNPB:
+    """As a published checkpoint: it knows neither names nor lengths."""
+    tiny_model.info = ModelInfo(joints=tiny_model.info.joints, fps=20.0)
+    return tiny_model
+
+
+@pytest.fixture
+def data_folder(tiny_model: RNNPB, tmp_path: Path) -> Path:
+    """A folder of one CSV a motion, of which the model has learnt two by these names."""
+    folder = tmp_path / "data"
+    folder.mkdir()
+    for name, frames in (("bow", 9), ("rest", 14), ("unknown", 11)):
+        positions = np.full((frames, 5), 0.5, np.float32) * np.arange(1, frames + 1)[:, None] / 20
+        motion = Motion(name, tiny_model.info.joints, positions.astype(np.float32))
+        write_motion(motion, folder / f"{name}.csv")
+    return folder
+
+
+def taken_port() -> tuple[socket.socket, int]:
+    held = socket.socket()
+    held.bind(("127.0.0.1", 0))
+    held.listen()
+    return held, held.getsockname()[1]
+
+
+# --- serving ---
+@pytest.fixture
+def app(options: ServerOptions) -> Iterator[App]:
+    running = start(options)
+    yield running
+    running.stop()
+
+
+def test_the_page_is_served_at_the_url(app: App) -> None:
+    with urllib.request.urlopen(app.url, timeout=20) as response:
+        assert response.status == 200
+        assert b"<html" in response.read().lower()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
+def test_nobody_else_is_served_unless_asked(app: App) -> None:
+    port = int(app.url.rpartition(":")[2])
+    with pytest.raises(OSError):  # noqa: PT011 - which one depends on the machine
+        socket.create_connection(("127.0.0.2", port), timeout=20).close()
+
+
+def test_serving_everybody_names_a_url_that_works_here(options: ServerOptions) -> None:
+    running = start(replace(options, host="0.0.0.0", no_token=True))
+    try:
+        assert running.url.startswith("http://127.0.0.1:")
+        with urllib.request.urlopen(running.url, timeout=20) as response:
+            assert response.status == 200
+    finally:
+        running.stop()
+
+
+def test_a_port_in_use_is_refused_and_never_another_one_taken(options: ServerOptions) -> None:
+    held, port = taken_port()
+    with held, pytest.raises(InputError, match=f"127.0.0.1:{port}.*--port") as refused:
+        start(replace(options, port=port))
+    assert "\n" not in str(refused.value)
+
+
+def test_the_port_asked_for_is_the_port_served(options: ServerOptions) -> None:
+    held, port = taken_port()
+    held.close()
+    running = start(replace(options, port=port))
+    try:
+        assert running.url == f"http://127.0.0.1:{port}"
+    finally:
+        running.stop()
+
+
+def test_two_servers_take_two_free_ports(options: ServerOptions) -> None:
+    first, second = start(options), start(options)
+    try:
+        assert first.url != second.url
+    finally:
+        first.stop()
+        second.stop()
+
+
+@pytest.mark.parametrize("host", ["256.1.1.1", "no-such-host.invalid"])
+@pytest.mark.parametrize("port", [0, 48080])
+def test_a_host_that_is_none_is_refused(options: ServerOptions, host: str, port: int) -> None:
+    with pytest.raises(InputError, match="--host"):
+        start(replace(options, host=host, port=port, no_token=True))
+
+
+# --- models ---
+def test_an_unknown_checkpoint_is_answered_by_what_there_is() -> None:
+    with pytest.raises(InputError, match="no checkpoint 'nope'") as refused:
+        start(ServerOptions(checkpoints=("nope",), port=0))
+    for name in shipped_checkpoints():
+        assert f"{name}.pt" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_shipped_checkpoint_opens_by_default() -> None:
+    if "strong" not in shipped_checkpoints():
+        pytest.skip("checkpoints/strong.pt is not there")
+    running = start(ServerOptions(port=0))
+    try:
+        (facts,) = running.facts
+        assert facts.name == "strong"
+        assert len(facts.joints) == 17
+        assert len(facts.motions) == 72
+        assert unmatched_joints(running.robot, running.facts) == []
+    finally:
+        running.stop()
+
+
+@pytest.mark.parametrize("count", [0, MAX_MODELS + 1])
+def test_no_model_and_too_many_are_refused(checkpoint: str, count: int) -> None:
+    with pytest.raises(InputError, match=f"from 1 to {MAX_MODELS} checkpoints, got {count}"):
+        load_models(ServerOptions(checkpoints=(checkpoint,) * count))
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device here")
+def test_a_device_that_there_is_not_is_refused(options: ServerOptions) -> None:
+    with pytest.raises(InputError, match="auto or cpu will do"):
+        load_models(replace(options, device="cuda"))
+
+
+def test_models_are_called_by_their_files() -> None:
+    assert model_names(("a/strong.pt", "weak")) == ["strong", "weak"]
+    assert model_names(("a/model.tar", "b/model.tar")) == ["a", "b"]
+    assert model_names(("a/model.tar",)) == ["a"]
+    twice = model_names(("a/x.pt", "a/x.pt", "b/x.pt"))
+    assert len(set(twice)) == 3
+
+
+def test_facts_are_the_models_own(tiny_model: RNNPB, options: ServerOptions) -> None:
+    (facts,) = describe_models((tiny_model,), options)
+    assert (facts.name, facts.pb_dim, facts.fps) == ("tiny", 3, 20.0)
+    assert facts.motions == ("wave", "bow", "rest")
+    assert facts.lengths == (12, 9, 15)
+    assert facts.mu.dtype == facts.sigma.dtype == np.float64
+    np.testing.assert_array_equal(facts.mu, tiny_model.mu.numpy())
+    np.testing.assert_array_equal(facts.sigma, tiny_model.sigma.numpy())
+    assert facts.data == (None, None, None)
+
+
+def test_a_model_without_names_counts_its_motions(nameless: RNNPB, options: ServerOptions) -> None:
+    (facts,) = describe_models((nameless,), options)
+    assert facts.motions == ("motion 0", "motion 1", "motion 2")
+    assert facts.lengths == (150, 150, 150)
+
+
+def test_data_gives_names_lengths_and_targets(
+    nameless: RNNPB, options: ServerOptions, data_folder: Path
+) -> None:
+    (facts,) = describe_models((nameless,), replace(options, data=str(data_folder)))
+    assert facts.motions == ("bow", "rest", "unknown")
+    assert facts.lengths == (9, 14, 11)
+    assert [len(motion) for motion in facts.data if motion is not None] == [9, 14, 11]
+
+
+def test_data_becomes_the_target_of_motions_with_its_names(
+    tiny_model: RNNPB, options: ServerOptions, data_folder: Path
+) -> None:
+    (facts,) = describe_models((tiny_model,), replace(options, data=str(data_folder)))
+    assert facts.motions == ("wave", "bow", "rest")
+    assert [motion and motion.name for motion in facts.data] == [None, "bow", "rest"]
+    assert facts.lengths == (12, 9, 15)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_columns_of_the_data_stand_in_any_order(
+    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path, named: bool
+) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    for name in ("bow", "rest", "wave"):
+        (folder / f"{name}.csv").write_text("e,spare,d,c,b,a\n" + "5,9,4,3,2,1\n" * 4)
+    if not named:
+        tiny_model.info = ModelInfo(joints=tiny_model.info.joints, fps=20.0)
+    (facts,) = describe_models((tiny_model,), replace(options, data=str(folder)))
+    for motion in facts.data:
+        assert motion is not None
+        assert motion.joints == facts.joints == ("a", "b", "c", "d", "e")
+        np.testing.assert_array_equal(motion.positions[0], [1, 2, 3, 4, 5])
+
+
+def test_data_that_lack_a_joint_of_the_model_are_refused(
+    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path
+) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    (folder / "bow.csv").write_text("a,b,c,d\n1,2,3,4\n1,2,3,4\n")
+    with pytest.raises(InputError, match=r"bow\.csv has no column for e"):
+        describe_models((tiny_model,), replace(options, data=str(folder)))
+
+
+def test_eye_colours_come_with_the_data(
+    tiny_model: RNNPB,
+    options: ServerOptions,
+    data_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    options = replace(options, data=str(data_folder))
+    assert describe_models((tiny_model,), options)[0].eyes == ()
+    track = np.zeros((9, 2, 8, 3), np.float32)
+    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", lambda path: {"bow": track})
+    assert describe_models((tiny_model,), options)[0].eyes == (None, track, None)
+
+    def spoilt(path: str) -> None:
+        raise InputError("7 is no intensity")
+
+    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", spoilt)
+    (facts,) = describe_models((tiny_model,), options)  # the motions are as good without
+    assert facts.eyes == ()
+    assert facts.data[1] is not None
+    assert "7 is no intensity" in caplog.text
+
+
+def test_data_of_another_number_of_motions_is_refused(
+    nameless: RNNPB, options: ServerOptions, data_folder: Path
+) -> None:
+    (data_folder / "unknown.csv").unlink()
+    with pytest.raises(InputError, match="2 motions"):
+        describe_models((nameless,), replace(options, data=str(data_folder)))
+
+
+def test_joints_that_the_robot_lacks_are_named_in_one_line(
+    tiny_model: RNNPB, options: ServerOptions
+) -> None:
+    facts = describe_models((tiny_model,), options)
+    (line,) = unmatched_joints(load_robot("pepper"), facts)
+    assert "tiny" in line
+    assert "a, b, c, d, e" in line
+
+
+# --- what it opens with ---
+@pytest.mark.parametrize(("motion", "index"), [(None, 0), ("bow", 1), ("2", 2)])
+def test_it_opens_with_a_motion_by_name_or_index(
+    tiny_model: RNNPB, options: ServerOptions, motion: str | None, index: int
+) -> None:
+    facts = describe_models((tiny_model,), options)
+    state = opening_state(facts, tiny_model, replace(options, motion=motion, seed=7))
+    assert state.current.latent.motion == index
+    assert state.seed == 7
+
+
+def test_a_motion_that_there_is_not_is_refused(tiny_model: RNNPB, options: ServerOptions) -> None:
+    facts = describe_models((tiny_model,), options)
+    for motion in ("jump", "3", "-1", ""):
+        with pytest.raises(InputError):
+            opening_state(facts, tiny_model, replace(options, motion=motion))
+
+
+def test_a_name_that_came_with_the_data_opens_as_well(
+    nameless: RNNPB, options: ServerOptions, data_folder: Path
+) -> None:
+    options = replace(options, data=str(data_folder), motion="rest")
+    facts = describe_models((nameless,), options)
+    assert opening_state(facts, nameless, options).current.latent.motion == 1
+
+
+@pytest.mark.parametrize("frame", [0, 3, 11])
+def test_it_opens_paused_at_a_frame(tiny_model: RNNPB, options: ServerOptions, frame: int) -> None:
+    facts = describe_models((tiny_model,), options)
+    playback = opening_state(facts, tiny_model, replace(options, frame=frame)).playback
+    assert not playback.playing
+    assert playback.phase == pytest.approx(frame / 11)
+
+
+@pytest.mark.parametrize("frame", [-1, 12])
+def test_a_frame_that_there_is_not_is_refused(
+    tiny_model: RNNPB, options: ServerOptions, frame: int
+) -> None:
+    facts = describe_models((tiny_model,), options)
+    with pytest.raises(InputError, match="0 to 11"):
+        opening_state(facts, tiny_model, replace(options, frame=frame))
+
+
+def test_it_opens_with_a_state_code(
+    tiny_model: RNNPB, options: ServerOptions, caplog: pytest.LogCaptureFixture
+) -> None:
+    facts = describe_models((tiny_model,), options)
+    state = after(facts, opening_state(facts, tiny_model, options), do.SelectMotion(2))
+    code = encode(facts, after(facts, state, do.SetMu(0, 0.625)))
+    opened = opening_state(facts, tiny_model, replace(options, state_code=code))
+    assert opened.current.latent.motion == 2
+    assert opened.current.latent.mu[0] == 0.625
+    assert not caplog.records
+    given = Motion("given", facts[0].joints, np.zeros((20, 5), np.float32), 25.0)
+    code = encode(facts, after(facts, state, do.SetTarget(given)))
+    opening_state(facts, tiny_model, replace(options, state_code=code))
+    assert "made with an uploaded motion, which it does not hold" in caplog.text
+    with pytest.raises(InputError):
+        opening_state(facts, tiny_model, replace(options, state_code="nonsense"))
+
+
+def test_it_opens_with_the_liveliest_motion(tiny_model: RNNPB) -> None:
+    facts = describe_models((tiny_model,), ServerOptions(checkpoints=("tiny.pt",)))[0]
+    rated = {
+        name: MotionLabel("", arousal=arousal)
+        for name, arousal in zip(facts.motions, (0.2, 0.9, None), strict=True)
+    }
+    assert liveliest(replace(facts, labels=rated)) == 1
+    assert liveliest(replace(facts, labels={})) == 0

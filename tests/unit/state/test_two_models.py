@@ -1,0 +1,205 @@
+"""Models side by side: what they share, and of which one the boards speak."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import Document
+from rnnpb_explorer.app.state.facts import Facts
+from rnnpb_explorer.app.state.opening import check_fits, opening_document
+from rnnpb_explorer.app.state.wanted import wanted
+
+from ..app_states import (
+    RUN,
+    Page,
+    after,
+    landscape_of,
+    make_facts,
+    make_target,
+    make_trace,
+    motion_of,
+    newly_wanted,
+    opened,
+    target_motion,
+)
+
+STRONG = make_facts(3, "strong")
+WEAK = make_facts(2, "weak", ("bow", "jump", "wave"))  # knows two of them, in another order
+LINE = make_facts(1, "line")
+WIDE = make_facts(12, "wide")
+PAIR = (STRONG, WEAK)
+
+
+def names(document: Document, facts: Facts = PAIR) -> list[str]:
+    return [f.motions[m.latent.motion] for f, m in zip(facts, document.models, strict=True)]
+
+
+def test_both_open_with_the_same_motion() -> None:
+    assert names(opening_document(PAIR)) == ["wave", "wave"]
+    assert names(opening_document(PAIR, motion=1)) == ["bow", "bow"]
+    # "nod" is one that the other has not learnt: it has one that it knows.
+    assert names(opening_document(PAIR, motion=3)) == ["nod", "wave"]
+
+
+def test_selecting_moves_both_where_both_know_the_motion() -> None:
+    document = opened(PAIR, do.SelectMotion(1))
+    assert names(document) == ["bow", "bow"]
+    assert document.models[1].latent.mu == document.models[1].anchor == tuple(WEAK.mu[0])
+    assert len(newly_wanted(PAIR, opened(PAIR), do.SelectMotion(1))) == 6
+
+
+def test_selecting_moves_the_active_one_alone_where_the_other_does_not_know_it() -> None:
+    assert names(opened(PAIR, do.SelectMotion(3))) == ["nod", "wave"]
+    works = newly_wanted(PAIR, opened(PAIR), do.SelectMotion(3))
+    assert {index for _, index in works} == {0}
+
+
+def test_the_index_is_of_the_active_models_list() -> None:
+    document = opened(PAIR, do.SelectModel(1), do.SelectMotion(1))
+    assert names(document) == ["wave", "jump"]
+    assert names(after(PAIR, document, do.SelectMotion(0))) == ["bow", "bow"]
+
+
+@pytest.mark.parametrize(
+    "intent",
+    [
+        do.SetMu(0, 0.7),
+        do.SetSigma(0, 0.7),
+        do.MoveOnMap(1, (0, 1), (0.1, 0.1), 1),
+        do.MoveOnLandscape(1, ("μ1", "μ2"), (0.1, 0.1), 1),
+        do.NewNoise(),
+        do.RandomiseLatent(),
+    ],
+    ids=lambda intent: type(intent).__name__,
+)
+def test_a_hand_moves_the_active_model_alone(intent: do.LatentIntent) -> None:
+    before = opened(PAIR, do.SelectModel(1))
+    document = after(PAIR, before, intent)
+    assert document.models[0] is before.models[0]
+    assert document.models[1].latent != before.models[1].latent
+    assert {index for _, index in newly_wanted(PAIR, before, intent)} <= {1}
+
+
+@pytest.mark.parametrize("index", [-1, 0, 2, 99])
+def test_a_model_that_there_is_not_and_the_active_one_change_nothing(index: int) -> None:
+    assert opened(PAIR, do.SelectModel(index)) == opened(PAIR)
+
+
+def test_undo_goes_back_to_the_model_before() -> None:
+    page = Page(PAIR).do(do.SelectModel(1), do.SetMu(0, 0.1), do.Undo())
+    assert page.document.active == 1
+    assert page.do(do.Undo()).document.active == 0
+    assert page.do(do.Redo()).document.active == 1
+
+
+def test_the_axes_are_every_models() -> None:
+    facts = (STRONG, make_facts(3, "other"))
+    document = opened(facts, do.SelectModel(1), do.SetLandscapeAxes((1, 2)), do.SelectModel(0))
+    for index in (0, 1):
+        directions = landscape_of(wanted(facts, document), index).directions
+        assert directions == ((0, 1, 0), (0, 0, 1))
+
+
+def test_each_model_has_its_own_training_motion_to_compare_with() -> None:
+    data = target_motion(frames=14)
+    facts = (make_facts(name="one", data=(data, None, None, None)), make_facts(name="two"))
+    works = wanted(facts, opened(facts))
+    assert [motion_of(works, index).steps for index in (0, 1)] == [14, 12]
+    assert {index for slot, index in works if slot == "reference"} == {1}
+
+
+def test_the_target_is_every_models() -> None:
+    target = make_target()
+    works = newly_wanted(PAIR, opened(PAIR), do.SetTarget(target))
+    assert [landscape_of(works, index).target for index in (0, 1)] == [target, target]
+    assert [motion_of(works, index).steps for index in (0, 1)] == [10, 10]
+
+
+# --- of different sizes ---
+SIZES = pytest.mark.parametrize(
+    "facts", [(STRONG, LINE), (LINE, STRONG), (LINE, WIDE), (WIDE, LINE), (WIDE, STRONG)]
+)
+EVERYTHING = (
+    do.SelectMotion(2),
+    do.SetMu(0, 0.1),
+    do.SetWindow("sd"),
+    do.SetLandscapeAxes("pca"),
+    do.RandomiseLatent(),
+    do.ShowSliders(8),
+    do.SelectMotion(1),
+    do.SetLandscapeAxes((0, 1)),
+    do.SetLandscapeAxes((0,)),
+    do.SetTarget(make_target()),
+    do.StartRecognition(),
+    do.CancelRecognition(),
+    do.ClearTarget(),
+    do.SetMapAxes((2, 5)),
+    do.SetLandscapeAxes((3, 7)),
+)
+
+
+@SIZES
+def test_models_of_different_sizes_live_side_by_side(facts: Facts) -> None:
+    page = Page(facts)
+    for turn in range(4):
+        other = 1 - page.document.active
+        ways = (do.SelectModel(other), do.Undo(), do.Redo(), *[do.Undo()] * (8 * turn))
+        for intent in (*EVERYTHING, *ways):
+            page.do(intent)
+            check_fits(facts, page.document)
+            for index, one in enumerate(facts):
+                if ("landscape", index) not in page.wanted:
+                    continue
+                directions = np.array(landscape_of(page.wanted, index).directions)
+                assert directions.shape == (min(one.pb_dim, 2), one.pb_dim)
+                square = np.eye(len(directions))
+                np.testing.assert_allclose(directions @ directions.T, square, atol=1e-8)
+
+
+@SIZES
+@pytest.mark.parametrize("active", [0, 1])
+def test_a_touch_from_before_a_change_of_model_does_no_harm(facts: Facts, active: int) -> None:
+    document = opened(facts, do.SelectModel(active))
+    for touch in (
+        do.MoveOnMap(1 - active, (0, 1), (0.1, 0.2), 1),
+        do.MoveOnMap(1 - active, (0,), (0.1,), 1),
+        do.MoveOnLandscape(1 - active, ("μ1",), (0.1,), 1),
+        do.MoveOnLandscape(1 - active, ("μ1", "μ2"), (0.1, 0.2), 1),
+    ):
+        assert after(facts, document, touch) == document
+    for touch in (
+        do.MoveOnMap(active, (7, 11), (0.1, 0.2), 1),
+        do.SetMu(11, 0.1),
+        do.SetSigma(11, 0.1),
+        do.SelectMotion(3),
+    ):
+        check_fits(facts, after(facts, document, touch))
+
+
+# --- recognition ---
+def recognising() -> Page:
+    page = Page(PAIR).do(do.SelectModel(1), do.SetTarget(make_target()), do.StartRecognition())
+    trace = make_trace(np.array([[[0.1, 0.1]], [[0.2, 0.2]], [[0.3, 0.3]]]))
+    return page.deliver(RUN, trace, done=False)
+
+
+def test_a_run_belongs_to_the_model_that_was_active() -> None:
+    page = recognising()
+    assert page.document.models[0] == opened(PAIR).models[0]
+    assert page.document.models[1].latent.mu == (0.2, 0.2)
+    assert ("landscape", 0) in page.wanted
+    assert ("landscape", 1) not in page.wanted
+
+
+def test_turning_to_the_other_model_stops_the_run_and_scrubbing_moves_its_own() -> None:
+    page = recognising()
+    assert page.picture.drawn_run is not None
+    page.do(do.SelectModel(0))
+    assert page.picture.run_status == "cancelled"
+    assert page.picture.drawn_run is None  # the boards are the other model's
+    before = page.document.models[0]
+    page.do(do.ScrubRecognition(0, 0))
+    assert page.document.models[0] == before
+    assert page.document.models[1].latent.mu == (0.1, 0.1)
