@@ -151,6 +151,29 @@ class RNNPB(nn.Module):
                 outputs = rest if first else torch.cat([outputs, rest])  # (t, B, H)
             yield (outputs @ self.weight_out.T + self.bias_out).transpose(0, 1)  # (B, t, J)
 
+    def generate_stepwise(self, pb: Tensor, steps: int) -> Tensor:
+        """What `generate` does as eqs. 6 to 8 say it, one frame after the other; slow.
+
+        Args:
+            pb: (..., D), one PB a sequence.
+
+        Returns:
+            (..., T, J) joint values.
+        """
+        weight_input = torch.cat([self.weight_pb, self.weight_frame], dim=1)  # (4H, D + J)
+        x = pb.new_zeros(*pb.shape[:-1], self.config.num_joints)  # (..., J)
+        h = c = pb.new_zeros(*pb.shape[:-1], self.config.hidden_size)  # (..., H)
+        frames = []
+        for _ in range(steps):
+            z = torch.cat([pb, x], dim=-1)  # eq. 6
+            gates = z @ weight_input.T + h @ self.weight_hidden.T + self.bias  # eq. 7
+            i, f, g, o = gates.chunk(4, dim=-1)
+            c = torch.sigmoid(f) * c + torch.sigmoid(i) * torch.tanh(g)
+            h = torch.sigmoid(o) * torch.tanh(c)
+            x = h @ self.weight_out.T + self.bias_out  # eq. 8
+            frames.append(x)
+        return torch.stack(frames, dim=-2)
+
     @torch.no_grad()
     def reconstruct(self, index: int, steps: int | None = None) -> Tensor:
         """(T, J): motion `index` from its learned mu at sigma = 0."""

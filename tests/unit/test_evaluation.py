@@ -14,8 +14,6 @@ from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mea
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion
 
-from .plain import plain_generate
-
 
 @pytest.fixture
 def motions(tiny_model: RNNPB) -> list[Motion]:
@@ -45,7 +43,7 @@ def test_published_zero_prior_sampled(published_zero: RNNPB, dataset: Dataset) -
 def test_is_the_mean_over_frames_and_joints(tiny_model: RNNPB, motions: list[Motion]) -> None:
     errors = reconstruction_at_mean(tiny_model, motions)
     for mu, motion, error in zip(tiny_model.mu, motions, errors, strict=True):
-        difference = plain_generate(tiny_model, mu, len(motion)).numpy() - motion.positions
+        difference = tiny_model.generate_stepwise(mu, len(motion)).numpy() - motion.positions
         assert error == pytest.approx(np.square(difference).mean(), rel=1e-5)
 
 
@@ -55,7 +53,9 @@ def test_samples_come_from_the_learned_gaussians(tiny_model: RNNPB, motions: lis
     errors = []
     for mu, sigma, motion in zip(tiny_model.mu, tiny_model.sigma, motions, strict=True):
         for noise in random.standard_normal((40, 3)).astype(np.float32):
-            generated = plain_generate(tiny_model, mu + sigma * torch.as_tensor(noise), len(motion))
+            generated = tiny_model.generate_stepwise(
+                mu + sigma * torch.as_tensor(noise), len(motion)
+            )
             errors.append(np.square(generated.numpy() - motion.positions).mean())
     assert mean == pytest.approx(np.mean(errors), rel=1e-5)
     assert sd == pytest.approx(np.std(errors), rel=1e-4)

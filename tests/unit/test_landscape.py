@@ -17,8 +17,6 @@ from rnnpb_explorer.core.latent_map import LatentMap
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.windows import Landscape, plane, unit_directions
 
-from .plain import plain_generate
-
 Array = NDArray[np.float32]
 
 
@@ -75,7 +73,7 @@ def test_cells_by_scipy(published_strong: RNNPB, dataset: Dataset, index: int, s
     for row, column in np.random.default_rng(index).integers(0, 20, (8, 2)):
         pb = torch.as_tensor(mu).clone()
         pb[2], pb[1] = picture.x[column], picture.y[row]
-        generated = plain_generate(published_strong, pb, len(motion)).numpy()
+        generated = published_strong.generate_stepwise(pb, len(motion)).numpy()
         assert picture.correlation[row, column] == pytest.approx(
             scipy_pearson(generated, motion), abs=1e-5
         )
@@ -100,7 +98,7 @@ def test_every_cell_is_where_it_says(tiny_model: RNNPB, target: Array) -> None:
     for row in range(7):
         for column in range(7):
             pb = torch.tensor([picture.y[row], center[1], picture.x[column]]).float()
-            generated = plain_generate(tiny_model, pb, len(target)).numpy()
+            generated = tiny_model.generate_stepwise(pb, len(target)).numpy()
             assert picture.correlation[row, column] == pytest.approx(
                 scipy_pearson(generated, target), abs=1e-5
             )

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo, kl_divergence
 
-from .plain import plain_generate
-
 
 def random_model(joints: int, pb_dim: int, hidden: int, seed: int) -> RNNPB:
     with torch.random.fork_rng(devices=[]):
@@ -28,7 +26,7 @@ def random_model(joints: int, pb_dim: int, hidden: int, seed: int) -> RNNPB:
 
 
 def largest_difference(model: RNNPB, pbs: torch.Tensor, steps: int) -> float:
-    plain = torch.stack([plain_generate(model, pb, steps) for pb in pbs])
+    plain = model.generate_stepwise(pbs, steps)
     return (model.generate(pbs, steps) - plain).abs().max().item()
 
 
@@ -61,7 +59,7 @@ def test_gradients_are_those_of_the_plain_loop(tiny_model: RNNPB) -> None:
         output.square().sum().backward()
         return [p.grad.clone() for p in model.parameters() if p.grad is not None]
 
-    plain = gradients(torch.stack([plain_generate(model, pb, 20) for pb in model.mu]))
+    plain = gradients(model.generate_stepwise(model.mu, 20))
     folded = gradients(model.generate(model.mu, 20))
     assert len(folded) == len(plain) == 7  # all but log_var, which generation does not use
     for a, b in zip(folded, plain, strict=True):
@@ -86,7 +84,7 @@ def test_kl_divergence_is_the_closed_form(tiny_model: RNNPB) -> None:
 
 def test_reconstruct_takes_the_learned_mu_and_length(tiny_model: RNNPB) -> None:
     motion = tiny_model.reconstruct(1)
-    torch.testing.assert_close(motion, plain_generate(tiny_model, tiny_model.mu[1], 9))
+    torch.testing.assert_close(motion, tiny_model.generate_stepwise(tiny_model.mu[1], 9))
     assert tiny_model.reconstruct(1, steps=4).shape == (4, 5)
 
 

@@ -23,8 +23,6 @@ from rnnpb_explorer.core.recognition_run import (
     RecognitionStep,
 )
 
-from .plain import plain_generate
-
 Array = NDArray[np.float32]
 
 
@@ -46,7 +44,7 @@ def plain_recognition(
     elif config.init == "random":
         draws = 3.0 * stream.standard_normal((config.candidates, pb_dim))
         candidates = [torch.as_tensor(draw) for draw in draws]
-    mu = min(candidates, key=lambda mu: loss_of(plain_generate(model, mu, observed)).item())
+    mu = min(candidates, key=lambda mu: loss_of(model.generate_stepwise(mu, observed)).item())
     mu = mu.to(model.mu).clone().requires_grad_()
     log_var = torch.zeros_like(mu).requires_grad_()
     adam = torch.optim.Adam([mu, log_var], lr=config.learning_rate)
@@ -57,7 +55,7 @@ def plain_recognition(
         pb = mu
         if model.stochastic:
             pb = mu + torch.exp(0.5 * log_var) * noise.to(mu)
-        loss = loss_of(plain_generate(model, pb, len(motion)))
+        loss = loss_of(model.generate_stepwise(pb, len(motion)))
         early = loss.item() < lowest
         if early:
             lowest = loss.item()

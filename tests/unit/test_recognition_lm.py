@@ -18,7 +18,6 @@ from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_
 from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionResult
 
 from .cli_harness import Rnnpb
-from .plain import plain_generate
 
 Array = NDArray[np.float32]
 
@@ -35,7 +34,9 @@ def test_jacobian_is_that_of_the_plain_loop(tiny_model: RNNPB, steps: int) -> No
     model = tiny_model.double()
     jacobians = pb_jacobian(model, model.mu, steps)
     for pb, jacobian in zip(model.mu, jacobians, strict=True):
-        plain = torch.autograd.functional.jacobian(lambda pb: plain_generate(model, pb, steps), pb)
+        plain = torch.autograd.functional.jacobian(
+            lambda pb: model.generate_stepwise(pb, steps), pb
+        )
         torch.testing.assert_close(jacobian, plain, rtol=1e-9, atol=1e-12)
 
 

@@ -16,8 +16,6 @@ from rnnpb_explorer.core.model import RNNPB, ModelConfig, kl_divergence
 from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.core.training import Trainer, TrainingConfig
 
-from .plain import plain_generate
-
 SMALL = ModelConfig(pb_dim=2, hidden_size=12, beta=1e-3)
 RECIPE = TrainingConfig(epochs=6, warm_up_epochs=2, seed=4)
 
@@ -60,7 +58,9 @@ def test_an_epoch_follows_the_published_loss(waves: Dataset, behavior: str) -> N
         pbs = model.mu + model.sigma * noise
         kl = kl_divergence(model.mu, model.log_var)
     squared = sum(
-        (plain_generate(model, pb, len(motion)) - torch.as_tensor(motion.positions)).square().sum()
+        (model.generate_stepwise(pb, len(motion)) - torch.as_tensor(motion.positions))
+        .square()
+        .sum()
         for pb, motion in zip(pbs, waves.motions, strict=True)
     )
     frames = sum(len(motion) for motion in waves.motions)
@@ -103,7 +103,9 @@ def test_samples_are_averaged_in_mirrored_pairs(waves: Dataset) -> None:
     random = torch.Generator().manual_seed(RECIPE.seed)
     first, second = torch.randn((2, *model.mu.shape), generator=random)
     errors = [
-        (plain_generate(model, pb, len(motion)) - torch.as_tensor(motion.positions)).square().sum()
+        (model.generate_stepwise(pb, len(motion)) - torch.as_tensor(motion.positions))
+        .square()
+        .sum()
         for noise in (first, second, -first)
         for pb, motion in zip(model.mu + model.sigma * noise, waves.motions, strict=True)
     ]
