@@ -44,7 +44,7 @@ class Playback(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     loop: bool
 
 
-class Hello(Asked, tag=True):
+class Hello(Asked, frozen=True, tag=True):
     """The first word on a connection; only then does a page get what is shown.
 
     document: what `DocumentShown` left with the tab. width, height: of the canvas in CSS pixels,
@@ -62,7 +62,7 @@ class Hello(Asked, tag=True):
     playback: Playback | None
 
 
-class MoveOnMap(Asked, tag=True):
+class MoveOnMap(Asked, frozen=True, tag=True):
     """The puck along components of the map: `to` has a value for each of `axes`.
 
     gesture: equal from press to release. number: counts all moves of the page, for
@@ -76,7 +76,7 @@ class MoveOnMap(Asked, tag=True):
     done: bool
 
 
-class MoveOnLandscape(Asked, tag=True):
+class MoveOnLandscape(Asked, frozen=True, tag=True):
     """The puck in the landscape's own axes; the rest as MoveOnMap."""
 
     to: Coordinates
@@ -85,52 +85,52 @@ class MoveOnLandscape(Asked, tag=True):
     done: bool
 
 
-class SelectMotion(Asked, tag=True):
+class SelectMotion(Asked, frozen=True, tag=True):
     index: Annotated[int, Meta(ge=0, lt=1_000_000)]
 
 
-class SetPlaying(Asked, tag=True):
+class SetPlaying(Asked, frozen=True, tag=True):
     """frame: where playback was when it was started or stopped."""
 
     playing: bool
     frame: Frame
 
 
-class Seek(Asked, tag=True):
+class Seek(Asked, frozen=True, tag=True):
     """A frame that one has gone to and rests on."""
 
     frame: Frame
 
 
-class SetSpeed(Asked, tag=True):
+class SetSpeed(Asked, frozen=True, tag=True):
     speed: Speed
 
 
-class SetLoop(Asked, tag=True):
+class SetLoop(Asked, frozen=True, tag=True):
     loop: bool
 
 
-class SetJoint(Asked, tag=True):
+class SetJoint(Asked, frozen=True, tag=True):
     """The joint whose curve is drawn; None for all."""
 
     joint: Annotated[int, Meta(ge=0, lt=1000)] | None
 
 
-class SetObserved(Asked, tag=True):
+class SetObserved(Asked, frozen=True, tag=True):
     """share: of the reference motion that is observed."""
 
     share: Annotated[float, Meta(gt=0, le=1)]
 
 
-class Undo(Asked, tag=True):
+class Undo(Asked, frozen=True, tag=True):
     pass
 
 
-class Redo(Asked, tag=True):
+class Redo(Asked, frozen=True, tag=True):
     pass
 
 
-class Resized(Asked, tag=True):
+class Resized(Asked, frozen=True, tag=True):
     """The canvas has another size; as Hello."""
 
     width: Pixels
@@ -140,7 +140,7 @@ class Resized(Asked, tag=True):
     page_height: Pixels
 
 
-class Broken(Asked, tag=True):
+class Broken(Asked, frozen=True, tag=True):
     """The page's own part cannot run there."""
 
     reason: Annotated[str, Meta(max_length=500)]
@@ -162,7 +162,7 @@ AnyAsked = (
     | Resized
     | Broken
 )
-_decoder = msgspec.json.Decoder(AnyAsked)
+_decoder: msgspec.json.Decoder[AnyAsked] = msgspec.json.Decoder(AnyAsked)
 
 
 def parse(payload: object) -> AnyAsked:
