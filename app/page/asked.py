@@ -161,7 +161,7 @@ ByHand = (
     | Redo
 )
 AnyAsked = ByHand | Hello | Resized | Broken
-_decoder = msgspec.json.Decoder(AnyAsked)
+_decoder: msgspec.json.Decoder[AnyAsked] = msgspec.json.Decoder(AnyAsked)
 
 
 def parse(payload: object) -> AnyAsked:

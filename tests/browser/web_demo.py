@@ -9,6 +9,7 @@ the port. A line on its standard input is done on the page: see `Demo.command`.
 
 from __future__ import annotations
 
+import argparse
 import json
 import queue
 import sys
@@ -73,8 +74,12 @@ class Session:
             else:
                 panel.dock_below(first)
             panel.set_width(380)
-            with panel.add_tab("Map" if k == 0 else "Landscape"):
+            tab = panel.add_tab("Map" if k == 0 else "Landscape")
+            with tab:
                 client.gui.add_html(board_html(board))
+            if k == 0:
+                self.map_tab = tab
+                panel.add_tab("Other tab")
         client.gui.add_text("Note", "")
         client.gui.add_button("Other button")
         client.gui.main_panel.dock_right()
@@ -268,7 +273,7 @@ class Session:
 class Demo:
     """The server and what all its pages share."""
 
-    def __init__(self, two: bool = False, eyes: bool = False) -> None:
+    def __init__(self, two: bool = False, eyes: bool = False, port: int = 0) -> None:
         torch.set_num_threads(1)
         self.model = load_checkpoint("strong")
         self.mu = self.model.mu.detach().numpy().astype(np.float64)
@@ -281,7 +286,7 @@ class Demo:
         self.robot = load_robot("pepper")
         self.two, self.eyes = two, eyes
         self.sessions: list[Session] = []
-        self.server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        self.server = viser.ViserServer(host="127.0.0.1", port=port, verbose=False)
         self.server.scene.configure_environment_map(None)
         self.server.scene.add_grid("/floor", width=4, height=4, cell_size=0.25, section_size=1.0)
         add_robot(self.server.scene, self.robot, ROOT)
@@ -319,7 +324,8 @@ class Demo:
             case "refused":
                 self.say({"refused": session.bridge.refused})
             case "sibling":
-                session.client.gui.add_text("Another", "")
+                with session.map_tab:
+                    session.client.gui.add_markdown("Another")
             case "line":
                 x = np.linspace(-1, 1, 20)
                 session.bridge.show(
@@ -344,7 +350,11 @@ class Demo:
 
 def main() -> None:
     sys.stdout = sys.stderr
-    demo = Demo(two="--two" in sys.argv, eyes="--eyes" in sys.argv)
+    options = argparse.ArgumentParser()
+    options.add_argument("--two", action="store_true", help="a second robot")
+    options.add_argument("--eyes", action="store_true", help="eye colours")
+    options.add_argument("--port", type=int, default=0)
+    demo = Demo(**vars(options.parse_args()))
     for line in sys.stdin:
         name, *arguments = line.split()
         demo.command(name, arguments)
