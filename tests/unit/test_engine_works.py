@@ -343,7 +343,7 @@ def test_a_reconstruction_to_compare_with_is_made_once(
 def test_no_piece_of_a_landscape_is_larger_than_it_may_be(
     tiny_model: RNNPB, generated: Generated
 ) -> None:
-    for frames in (20, 140, 150, 300, 1_000):
+    for frames in (20, 150, 420):
         target = target_of_motion(
             Motion("m", tiny_model.info.joints, tiny_model.reconstruct(0, frames).numpy(), 20.0)
         )
