@@ -1,20 +1,26 @@
-"""A landscape's 400 motions in batches against one after the other."""
+"""A landscape's 400 motions: in batches against one by one; the engine against bare products."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import torch
 from bench_generation import frame_by_frame
+from pages import Pages
 from timing import Table, best_of
 from torch import Tensor
 
+from rnnpb_explorer.app.state.document import target_of_motion
 from rnnpb_explorer.core.correlation import landscape, landscape_stages, pearson
 from rnnpb_explorer.core.model import RNNPB
+from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.core.windows import plane, unit_directions
 
 SOME = slice(None, None, 20)  # every twentieth cell, where all would take minutes
+ROUNDS = 20
 
 
 def run(model: RNNPB) -> Table:
@@ -37,4 +43,39 @@ def run(model: RNNPB) -> Table:
     correlation = landscape(model, target, center).correlation.reshape(-1)[SOME]
     difference = np.abs(one_by_one(frame_by_frame).numpy() - correlation).max()
     table.note(f"largest difference {difference:.1e}; one by one: a twentieth of it was run")
+    table.note(through_the_engine(model, target))
     return table
+
+
+def through_the_engine(model: RNNPB, target: Tensor) -> str:
+    """Both stages on all workers, without the rest between them, against the products they need."""
+    bare, engine = bare_products(model), Pages(model, rest_seconds=0.0)
+    given = target_of_motion(Motion("given", model.info.joints, target.numpy()))
+    times: dict[str, list[float]] = {"bare": [], "engine": []}
+    for number in range(ROUNDS):
+        work = engine.landscape(number, given)
+        for name, run in (("bare", bare), ("engine", partial(engine.complete, work))):
+            start = time.perf_counter()
+            run()
+            times[name].append(time.perf_counter() - start)
+    engine.close()
+    plain, quick = (min(times[name]) for name in ("bare", "engine"))
+    ratios = sorted(b / a for a, b in zip(times["bare"], times["engine"], strict=True))
+    return (
+        f"through the engine, {engine.workers} workers: {1e3 * quick:.0f} ms; "
+        f"140 products of (400, 256) by (256, 1024) on {torch.get_num_threads()} threads: "
+        f"{1e3 * plain:.0f} ms; ratio {quick / plain:.2f}, "
+        f"median of {ROUNDS} pairs {ratios[len(ratios) // 2]:.2f} (at most 1.15)"
+    )
+
+
+def bare_products(model: RNNPB) -> Callable[[], None]:
+    hidden = model.config.hidden_size
+    states, weight = torch.randn(400, hidden), torch.randn(hidden, 4 * hidden)
+    out = torch.empty(400, 4 * hidden)
+
+    def products() -> None:
+        for _ in range(140):
+            torch.mm(states, weight, out=out)
+
+    return products

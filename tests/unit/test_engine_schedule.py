@@ -313,7 +313,7 @@ def test_shared_work_counts_for_everyone_who_wants_it(shop: Shop) -> None:
     first.want(r="recognition shared")
     second.want(r="recognition shared", s="recognition own")
     third.want(r="recognition third")
-    assert shop.run(3) == ["recognition shared", "recognition third", "recognition shared"]
+    assert shop.run(2) == ["recognition shared", "recognition third"]
 
 
 def test_a_page_is_one_of_many_in_its_own_slots(shop: Shop) -> None:
