@@ -284,6 +284,20 @@ def test_a_flood_of_bytes_costs_the_page(page: WireBrowser, bystander: WireBrows
     assert page.end() == (REFUSED, "too many bytes")
 
 
+@pytest.mark.parametrize("size", [0, 10])
+def test_nothing_is_uploaded_into_a_slider(size: int) -> None:
+    """viser would make the file its value."""
+    slider = SimpleNamespace(value=1.0)
+    gate = Gate(decoder(PAGE_MESSAGES), lambda uuid: slider, lambda upload: None)
+    begun = {
+        "type": "FileTransferStartUpload", "source_component_uuid": "slider",
+        "transfer_uuid": "x", "filename": "motion.csv", "mime_type": "text/csv",
+        "part_count": min(size, 1), "size_bytes": size,
+    }  # fmt: skip
+    assert not gate.passes(msgspec.msgpack.encode(begun))
+    assert not gate.passes(msgspec.msgpack.encode(part_of(begun, 0, b"1" * size)))
+
+
 def test_parts_are_counted() -> None:
     transfer = Transfer(parts=3, size=10)
     transfer.add(2, 2)
