@@ -183,13 +183,13 @@ class Walk:
 
 @pytest.mark.parametrize("dim", ALONE)
 @given(st.data())
-@settings(max_examples=25)
+@settings(max_examples=15)
 def test_one_model_holds(dim: int, data: st.DataObject) -> None:
     Walk(ALONE[dim], data).go(steps=25)
 
 
 @pytest.mark.parametrize("dims", SIDE_BY_SIDE, ids=str)
 @given(st.data())
-@settings(max_examples=25)
+@settings(max_examples=15)
 def test_models_side_by_side_hold(dims: tuple[int, int], data: st.DataObject) -> None:
     Walk(SIDE_BY_SIDE[dims], data).go(steps=25)

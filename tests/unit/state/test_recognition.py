@@ -383,6 +383,15 @@ def test_a_failure_ends_the_run_and_says_why() -> None:
     assert (page.picture.run_status, page.picture.run_failure) == ("running", "")
 
 
+def test_a_run_that_fails_before_it_has_come_there_again_takes_the_window_along() -> None:
+    """It is out of a code, whose latent had left the window."""
+    page = running()
+    page.deliver(RUN, make_trace(9 + PATH[:2], loss=LOSS[:1]), done=False)
+    other = Page().do(do.RestoreCode(encode(page.document))).fail(RUN, "broken")
+    assert other.document.current.latent.mu == (9.0, 9.0, 9.0)
+    assert other.document.current.anchor == (9.0, 9.0, 9.0)
+
+
 def test_a_failure_of_something_else_leaves_the_run_alone() -> None:
     page = running().fail(MOTION, "broken")
     assert page.picture.run_status == "running"
