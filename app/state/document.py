@@ -105,8 +105,8 @@ class Target(Struct, frozen=True, forbid_unknown_fields=True):
         """(T, 2, 8, 3) from 0 to 1, where colours came with the motion."""
         if not self.eyes:
             return None
-        eyes = np.frombuffer(self.eyes, np.uint8).astype(np.float32) / 255
-        return eyes.reshape(-1, 2, 8, 3)
+        eyes = np.frombuffer(self.eyes, np.uint8).reshape(-1, 2, 8, 3)
+        return eyes.astype(np.float32) / np.float32(255)
 
 
 def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
