@@ -25,8 +25,7 @@ from ..state.computed import Computed, Entry
 from ..state.document import Document, ExportOptions
 from ..state.facts import Facts
 from ..state.history import History, gesture_of
-from ..state.on_latent import end_run
-from ..state.on_recognition import follow
+from ..state.on_recognition import break_off, follow
 from ..state.picture import Picture
 from ..state.results import ExportedFile
 from ..state.statecode import MAX_LINE, decode, encode
@@ -230,7 +229,7 @@ class Session:
             return
         self._computed = self._computed.fail(slot, work, message)
         if slot[0] == "recognition":
-            self._history = self._history.revise(end_run(self.document))
+            self._history = self._history.revise(break_off(self._facts, self.document))
         if slot[0] == "export":
             self._export = None
         screen.say(message)

@@ -105,6 +105,11 @@ def follow(facts: Facts, document: Document, trace: RecognitionTrace) -> Documen
     return hold_pucks(facts, document) if run.settled else document
 
 
+def break_off(facts: Facts, document: Document) -> Document:
+    """The document whose run failed: it ends where it stands."""
+    return hold_pucks(facts, end_run(document))
+
+
 def at_best(run: Run) -> bool:
     """Whether the run shows the best PB of all trials, which no single iterate is."""
     return run.complete and run.shown is None

@@ -13,8 +13,7 @@ from rnnpb_explorer.app.state.computed import Computed, Entry
 from rnnpb_explorer.app.state.document import Document, Target, target_of_motion
 from rnnpb_explorer.app.state.facts import Facts, ModelFacts
 from rnnpb_explorer.app.state.history import History, gesture_of
-from rnnpb_explorer.app.state.on_latent import end_run
-from rnnpb_explorer.app.state.on_recognition import follow
+from rnnpb_explorer.app.state.on_recognition import break_off, follow
 from rnnpb_explorer.app.state.opening import opening_document
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.results import LandscapeResult, MotionResult, RecognitionTrace, Result
@@ -199,7 +198,7 @@ class Page:
     def fail(self, slot: Slot, message: str) -> Page:
         self.computed = self.computed.fail(slot, self.wanted[slot], message)
         if slot == RUN:
-            self.history = self.history.revise(end_run(self.document))
+            self.history = self.history.revise(break_off(self.facts, self.document))
         self._follow()
         return self
 

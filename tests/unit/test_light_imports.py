@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
+
+from rnnpb_explorer.app.state import document
 
 from rnnpb_explorer.app.commands.main import COMMANDS
 
@@ -34,6 +37,13 @@ def loaded(*modules: str) -> list[str]:
 
 def test_light_modules_load_nothing_heavy() -> None:
     assert loaded(*LIGHT) == []
+
+
+def test_the_pure_state_loads_nothing_heavy() -> None:
+    files = Path(document.__file__).parent.glob("[a-z]*.py")
+    modules = [f"app.state.{path.stem}" for path in files]
+    assert len(modules) > 10
+    assert loaded(*modules) == []
 
 
 def test_it_sees_what_is_heavy() -> None:

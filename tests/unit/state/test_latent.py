@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import MAX_COUNT, MAX_PB, Document
@@ -182,8 +183,6 @@ def test_every_draw_is_another_and_a_seed_replays_them() -> None:
 
 
 def test_the_last_draw_that_can_be_counted_is_followed_by_the_first() -> None:
-    from msgspec.structs import replace
-
     last = replace(opened(), draws=MAX_COUNT)
     assert after(FACTS, last, do.NewNoise()).draws == 0
 
@@ -271,8 +270,6 @@ def test_the_rim_of_the_window_is_inside() -> None:
 
 
 def test_inside_is_along_the_drawn_axes_alone() -> None:
-    from msgspec.structs import replace
-
     def inside(*mu: float) -> bool:
         document = opened()
         latent = replace(document.current.latent, mu=mu)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import get_args
 
@@ -10,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import Target
+from rnnpb_explorer.app.state.computed import Entry
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.on_recognition import shown_iteration
 from rnnpb_explorer.app.state.statecode import decode, encode
@@ -125,9 +126,7 @@ def test_the_targets_colours_are_shown_while_it_is_compared_with() -> None:
     np.testing.assert_allclose(seen, track, atol=1e-6)
     assert eyes_of(FACTS, after(FACTS, document, do.SetUseTarget(False)), 0) is None
     assert eyes_of(FACTS, after(FACTS, document, do.SetTarget(TARGET)), 0) is None
-    from dataclasses import replace as with_  # the data's colours go with the motion
-
-    facts = (with_(FACTS[0], eyes=(None, track, None, None)),)
+    facts = (dataclasses.replace(FACTS[0], eyes=(None, track, None, None)),)
     assert eyes_of(facts, opened(facts), 0) is None
     assert eyes_of(facts, opened(facts, do.SelectMotion(1)), 0) is track
     assert eyes_of(facts, opened(facts, do.SelectMotion(1), do.SetTarget(TARGET)), 0) is None
@@ -149,8 +148,7 @@ def test_the_targets_colours_are_shown_while_it_is_compared_with() -> None:
 )
 def test_a_target_is_a_motion(broken: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"motion|eye colours"):
-        Target(**{"name": "x", "joints": tuple("abcde"), "fps": 20.0,  # type: ignore[arg-type]
-                  "positions": TARGET.positions, **broken})  # fmt: skip
+        replace(TARGET, **broken)
 
 
 # --- settings ---
@@ -209,15 +207,9 @@ def test_every_start_has_noise_of_its_own_and_the_last_ones_trace_goes() -> None
     page = stepped(running(), 2)
     first = run_of(page)
     second = run_of(page.do(do.StartRecognition()))
-    assert replace_seed(first, second.seed) == second != first
+    assert dataclasses.replace(first, seed=second.seed) == second != first
     assert page.picture.trace is None
     assert RUN in page.missing
-
-
-def replace_seed(work: RecogniseWork, seed: int) -> RecogniseWork:
-    from dataclasses import replace as with_
-
-    return with_(work, seed=seed)
 
 
 def test_a_run_looks_at_its_target() -> None:
@@ -268,14 +260,8 @@ def test_iterations_of_another_run_are_dropped() -> None:
     page.deliver(RUN, make_trace(PATH), done=False, work=old)
     assert page.document == before
     page.do(do.ClearTarget())
-    page.computed = page.computed.put(page.wanted, RUN, make_entry(old))
+    page.computed = page.computed.put(page.wanted, RUN, Entry(old, make_trace(PATH), False))
     assert RUN not in page.computed.entries
-
-
-def make_entry(work: RecogniseWork) -> object:
-    from rnnpb_explorer.app.state.computed import Entry
-
-    return Entry(work, make_trace(PATH), False)
 
 
 def test_what_comes_after_a_cancel_moves_nothing() -> None:
@@ -395,6 +381,15 @@ def test_a_failure_ends_the_run_and_says_why() -> None:
     np.testing.assert_allclose(landscape_of(page.wanted).center[2], PATH[1, 0, 2])
     page.do(do.StartRecognition())
     assert (page.picture.run_status, page.picture.run_failure) == ("running", "")
+
+
+def test_a_run_that_fails_before_it_has_come_there_again_takes_the_window_along() -> None:
+    """It is out of a code, whose latent had left the window."""
+    page = running()
+    page.deliver(RUN, make_trace(9 + PATH[:2], loss=LOSS[:1]), done=False)
+    other = Page().do(do.RestoreCode(encode(page.document))).fail(RUN, "broken")
+    assert other.document.current.latent.mu == (9.0, 9.0, 9.0)
+    assert other.document.current.anchor == (9.0, 9.0, 9.0)
 
 
 def test_a_failure_of_something_else_leaves_the_run_alone() -> None:

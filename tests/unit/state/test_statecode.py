@@ -309,7 +309,7 @@ def test_a_name_out_of_a_code_is_shown_shortened_and_harmless() -> None:
 
 # --- anything at all ---
 def test_a_zip_bomb_does_not_go_off() -> None:
-    bomb = pack(b"0" * (20 * MAX_BYTES))
+    bomb = pack(b"0" * (5 * MAX_BYTES))
     assert len(bomb) < MAX_CODE_LENGTH  # it gets past the limit on a code's length
     tracemalloc.start()
     try:
@@ -317,7 +317,7 @@ def test_a_zip_bomb_does_not_go_off() -> None:
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert peak < 4 * MAX_BYTES
+    assert peak < 3 * MAX_BYTES
 
 
 @given(st.text())
@@ -353,7 +353,7 @@ def places(content: object) -> list[tuple[Any, Any]]:
     return here + [place for one in deeper for place in places(one)]
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.data())
 def test_any_values_in_a_sound_code_are_harmless(data: st.DataObject) -> None:
     content = unpack(CODE)
