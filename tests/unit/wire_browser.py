@@ -144,6 +144,10 @@ class WireBrowser:
         self.wait_for(lambda: self._uuid(label) is not None)
         return self.widgets[self._uuid(label) or ""]
 
+    def has(self, label: str) -> bool:
+        """Whether there is a widget with this label now."""
+        return self._uuid(label) is not None
+
     def _uuid(self, label: str) -> str | None:
         return next((u for u, known in self.widgets.items() if known.get("label") == label), None)
 
@@ -165,7 +169,9 @@ class WireBrowser:
 
     def set(self, label: str, value: object) -> None:
         """Move a slider, tick a box, choose from a list, press a button of a group."""
-        self.widget(label)
+        known = self.widget(label)
+        with self._changed:
+            known["value"] = value  # as the page shows it, whatever the app makes of it
         self._send(wire.GuiUpdateMessage(self._uuid(label) or "", {"value": value}))
 
     def press(self, label: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from msgspec.structs import replace
 
 from rnnpb_explorer.app.engine.engine import Delivered
 from rnnpb_explorer.app.page import server as server_module
@@ -20,6 +21,7 @@ from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import Document
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.statecode import PREFIX
 from rnnpb_explorer.app.state.update import update
 from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
@@ -288,12 +290,148 @@ def test_a_code_of_the_screen_restores_it(open_browser: Open) -> None:
     until(other_session, lambda picture: mu(picture)[2] == 0.75)
 
 
+def test_a_code_brings_an_upload_and_its_recognition_to_another_page(
+    open_browser: Open, target: Motion
+) -> None:
+    browser, session = open_browser()
+    upload(browser, target)
+    browser.set("Iterations", 10)
+    until(session, lambda picture: picture.document.recognition.iterations == 10)
+    browser.press("Start")
+    end = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
+    browser.press("Show the code of this screen")
+    browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith(PREFIX))
+    other, other_session = open_browser()
+    other.set("Code", browser.widget("Code")["value"])
+    other.press("Restore from the code")
+    again = until(
+        other_session, lambda picture: picture.document.target is not None and complete(picture)
+    )
+    assert again.document.target == end.document.target
+    assert again.document.run == end.document.run
+    assert again.run_status == "finished"
+    assert again.trace is not None
+    assert end.trace is not None
+    np.testing.assert_array_equal(again.trace.loss, end.trace.loss)
+    np.testing.assert_array_equal(again.motion(), end.motion())
+    other.wait_for(lambda: bool(other.widget("Iteration")["visible"]))
+
+
+def test_a_code_too_long_for_a_line_is_a_file_that_can_be_uploaded(
+    open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session_module, "MAX_LINE", 200)
+    browser, session = open_browser()
+    browser.set("μ 3", 0.75)
+    until(session, lambda picture: mu(picture)[2] == 0.75)
+    browser.press("Show the code of this screen")
+    browser.wait_for(lambda: any("saved as a file" in notice for notice in browser.notices))
+    assert browser.widget("Code")["value"] == ""
+    ((name, content),) = browser.files.items()
+    other, other_session = open_browser()
+    other.upload("Upload a motion", name, content)
+    until(other_session, lambda picture: mu(picture)[2] == 0.75)
+    assert other_session.document.target is None
+    assert steps(other_session) == 1
+
+
 def test_nonsense_for_a_code_is_a_notice(open_browser: Open) -> None:
     browser, session = open_browser()
     browser.set("Code", "nonsense")
     browser.press("Restore from the code")
     browser.wait_for(lambda: any("not a state code" in notice for notice in browser.notices))
     assert steps(session) == 0
+
+
+# --- undo ---
+def test_undo_of_an_upload_takes_the_upload_alone(open_browser: Open, target: Motion) -> None:
+    browser, session = open_browser()
+    browser.set("Uploaded target", False)
+    until(session, lambda picture: not picture.document.use_target)
+    before = now(session).document
+    upload(browser, target)
+    until(session, lambda picture: picture.document.target is not None and complete(picture))
+    browser.wait_for(lambda: bool(browser.widget("Uploaded target")["value"]))
+    browser.command("Undo")
+    undone = until(session, lambda picture: picture.document.target is None and complete(picture))
+    assert not undone.document.use_target
+    assert undone.document == replace(before, playback=undone.document.playback)
+    reference, own = undone.reference(), undone.facts[0].lengths[0]
+    assert reference is not None
+    assert len(reference) == own
+    browser.wait_for(lambda: not browser.widget("Uploaded target")["value"])
+    browser.command("Redo")
+    until(session, lambda picture: picture.document.use_target and complete(picture))
+    assert session.document.target is not None
+
+
+# --- what comes late, or twice ---
+def test_a_result_that_comes_late_is_not_shown_as_current(
+    open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    browser, session = open_browser()
+    browser.command("Play or pause")
+    before = until(session, lambda picture: not picture.document.playback.playing)
+    late = dict(before.computed.entries)
+    browser.set("μ 3", 0.75)  # across the landscape
+    moved = until(session, lambda picture: mu(picture)[2] == 0.75 and complete(picture))
+    shown: list[Picture] = []
+    show = Screen.show
+
+    def noting(screen: Screen, picture: Picture) -> None:
+        shown.append(picture)
+        show(screen, picture)
+
+    monkeypatch.setattr(Screen, "show", noting)
+    for slot, entry in late.items():
+        session.send(Delivered(slot, entry.work, entry.result, done=True))
+    browser.set("Frame", 3)  # comes after them
+    end = until(session, lambda picture: picture.frame() == 3)
+    assert all(picture.landscape_complete for picture in shown)
+    assert end.motion() is moved.motion()
+    assert end.landscape == moved.landscape
+
+
+def test_what_was_answered_while_it_was_not_wanted_comes_all_the_same(
+    open_browser: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody goes away and back while the answer waits to be heard of."""
+    browser, session = open_browser()
+    browser.command("Play or pause")
+    until(session, lambda picture: not picture.document.playback.playing and complete(picture))
+    here = mu(now(session))[2]
+    held: list[Event] = []
+    answered, next_events = threading.Event(), Session._next_events
+
+    def holding(of: Session, wait: float | None) -> list[Event]:
+        """Only with the answers do the two moves before and after them come, all at once."""
+        events = next_events(of, wait)
+        if of is not session or answered.is_set():
+            return events
+        mine = [event for event in events if isinstance(event, Delivered)]
+        held.extend(mine)
+        if any(event.slot[0] == "motion" and event.done for event in held):
+            answered.set()
+            return [do.SetMu(2, here), *held, do.SetMu(2, 0.75)]
+        return [event for event in events if event not in mine]
+
+    monkeypatch.setattr(Session, "_next_events", holding)
+    browser.set("μ 3", 0.75)
+    until(session, lambda picture: answered.is_set() and complete(picture))
+    assert mu(now(session))[2] == 0.75
+
+
+def test_a_file_can_be_asked_for_again_and_again(open_browser: Open) -> None:
+    browser, session = open_browser()
+    for times in (1, 2, 3):
+        browser.press("Export the motion")
+        browser.wait_for(lambda times=times: saved(browser) == times)
+    assert complete(now(session))
+
+
+def saved(browser: WireBrowser) -> int:
+    """How often the browser was told that a file was written."""
+    return sum("wave_tiny" in notice for notice in browser.notices)
 
 
 # --- several browsers ---
@@ -324,8 +462,9 @@ def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
-    browser.set("Iterations", 60)
-    until(session, lambda picture: picture.document.recognition.iterations == 60)
+    browser.set("Iterations", 300)
+    browser.set("Trials", 10)
+    until(session, lambda picture: picture.document.recognition.trials == 10)
     browser.press("Start")
     until(
         session, lambda picture: picture.run_status == "running" and picture.document.run.done > 0
@@ -334,7 +473,7 @@ def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
     _, session = open_browser(browser.storage)
     end = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
     assert end.trace is not None
-    assert end.trace.iterations == 60
+    assert end.trace.loss.shape == (300, 10)
 
 
 def test_each_of_two_pages_of_a_browser_gets_its_own_screen_back(open_browser: Open) -> None:
@@ -588,6 +727,27 @@ def test_a_session_at_rest_shows_its_code(open_browser: Open, resting: threading
     browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb2-"))
 
 
+def test_a_page_at_rest_shows_other_sliders_at_once(
+    checkpoint: Path, tmp_path: Path, open_browser: Open, resting: threading.Event
+) -> None:
+    wide = save_model(tmp_path / "wide.pt", pb_dim=12)
+    running = start(ServerOptions(checkpoints=(str(wide),), port=0))
+    try:
+        browser, session = open_browser(of=running)
+        paused(browser, session, resting)
+        assert not browser.has("μ 9")
+        browser.set("Dimensions", "9–12")
+        browser.wait_for(lambda: browser.has("μ 12") and not browser.has("μ 8"))
+        assert browser.widget("Dimensions")["value"] == "9–12"
+        browser.set("μ 9", 0.5)
+        until(session, lambda picture: mu(picture)[8] == 0.5)
+        browser.command("Undo")
+        until(session, lambda picture: mu(picture)[8] != 0.5)
+        assert browser.has("μ 9")  # undo leaves the page of sliders
+    finally:
+        running.stop()
+
+
 def test_what_is_written_late_is_written_before_a_rest(
     open_browser: Open, resting: threading.Event
 ) -> None:
@@ -601,6 +761,23 @@ def test_what_is_written_late_is_written_before_a_rest(
 # --- leaving ---
 def page_threads() -> set[threading.Thread]:
     return {thread for thread in threading.enumerate() if thread.name.startswith("page-")}
+
+
+def test_after_a_fault_nothing_is_kept_for_the_page_and_its_place_is_free(
+    open_browser: Open, break_when: Callable[[Break], None], app: App
+) -> None:
+    break_when(lambda _, intent: intent == do.SetMu(1, 0.5))
+    browser, session = open_browser()
+    browser.set("μ 2", 0.5)
+    has_stopped(browser)
+    assert session not in app.sessions.values()
+    session.join(TIMEOUT)
+    waiting = session._events.qsize()
+    browser.set("μ 1", 0.125)  # the page is still open, and somebody goes on in it
+    session.send(do.SetMu(0, 0.25))
+    _, other = open_browser()  # by then the server has heard of it
+    assert session._events.qsize() == waiting
+    assert complete(now(other))
 
 
 def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: Open) -> None:
