@@ -20,14 +20,14 @@ def update_playback(facts: Facts, document: Document, intent: do.PlaybackIntent)
     last = max(motion_steps(facts, document, document.active) - 1, 1)
     match intent:
         case do.SetPlaying(playing, frame):
-            phase = playback.phase if frame is None else _phase(frame, last)
+            phase = playback.phase if frame is None else _phase(frame, last, playback.phase)
             if playing and not playback.loop and phase >= 1.0:
                 phase = 0.0
             playback = replace(playback, playing=playing, phase=phase)
         case do.TogglePlaying():
             return update_playback(facts, document, do.SetPlaying(not playback.playing))
         case do.Seek(frame):
-            playback = replace(playback, playing=False, phase=_phase(frame, last))
+            playback = replace(playback, playing=False, phase=_phase(frame, last, playback.phase))
         case do.SetSpeed(speed) if not np.isfinite(speed):
             return document
         case do.SetSpeed(speed):
@@ -74,5 +74,5 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             assert_never(intent)
 
 
-def _phase(frame: float, last: int) -> float:
-    return float(np.clip(frame / last, 0.0, 1.0))
+def _phase(frame: float, last: int, otherwise: float) -> float:
+    return float(np.clip(frame / last, 0.0, 1.0)) if np.isfinite(frame) else otherwise

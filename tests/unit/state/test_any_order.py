@@ -71,7 +71,7 @@ recognising = st.one_of(
 )
 looking = st.one_of(
     st.builds(do.ShowSliders, index),
-    st.builds(do.Tick, st.floats(0, 100)),
+    st.builds(do.SetPlaying, st.booleans(), st.none() | st.floats(-5, 200)),
     st.builds(do.Seek, st.integers(-5, 200)),
     st.builds(do.SetSpeed, st.floats(-1, 9) | st.just(math.nan)),
     st.builds(do.SetLoop, st.booleans()),

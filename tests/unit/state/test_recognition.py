@@ -356,7 +356,6 @@ def test_a_hand_takes_the_latent_from_a_run(intent: do.LatentIntent, start: obje
 @pytest.mark.parametrize(
     "intent",
     [
-        do.Tick(0.1),
         do.TogglePlaying(),
         do.Seek(2),
         do.SetColouring("valence"),

@@ -31,23 +31,15 @@ from ..app_states import (
 
 PAIR = (make_facts(name="one"), make_facts(name="two"))
 LAST = 11  # the opening motion has 12 frames
-FRAME = 1 / 20  # seconds
 
 
-def frame(*intents: do.PlaybackIntent, document: Document | None = None) -> int:
-    """Where playback stands after these, of 12 frames."""
-    page = Page(FACTS, document).compute().do(*intents)
-    return page.picture.frame()
+def frame(*intents: do.PlaybackIntent, document: Document | None = None) -> float:
+    """Where playback rests after these, of 12 frames."""
+    playback = Page(FACTS, document).do(*intents).document.playback
+    return playback.phase * LAST
 
 
-# --- playback ---
-def test_time_moves_the_motion_at_its_own_rate() -> None:
-    assert frame(do.Tick(3 * FRAME)) == 3
-    assert frame(do.Tick(3 * FRAME), do.Tick(2 * FRAME)) == 5
-    assert frame(do.SetSpeed(2.0), do.Tick(3 * FRAME)) == 6
-    assert frame(do.SetSpeed(0.5), do.Tick(4 * FRAME)) == 2
-
-
+# --- playback: the browser has the clock, the document how it goes on and where it rests ---
 @pytest.mark.parametrize(
     ("asked", "got"), [(0.0, 0.1), (99.0, 3.0), (-1, 0.1), (math.nan, 1.0), (2.5, 2.5)]
 )
@@ -55,49 +47,39 @@ def test_speed_stays_within_reason(asked: float, got: float) -> None:
     assert opened(FACTS, do.SetSpeed(asked)).playback.speed == got
 
 
-def test_a_looped_motion_begins_again() -> None:
-    assert frame(do.Tick(11 * FRAME), do.Tick(2 * FRAME)) == 2
-    assert frame(do.Tick(1000 * 11 * FRAME + 4 * FRAME)) == 4  # a long pause of the clock
-    assert opened(FACTS, do.Tick(13 * FRAME)).playback.playing
+def test_the_browser_says_where_it_rests() -> None:
+    rested = opened(FACTS, do.SetPlaying(False, 5.5))
+    assert (rested.playback.playing, frame(document=rested)) == (False, 5.5)
+    assert frame(do.SetPlaying(True), document=rested) == 5.5
+    assert frame(do.SetPlaying(False, 99.0)) == LAST
+    assert frame(do.SetPlaying(False, math.nan), document=rested) == 5.5
 
 
-def test_without_loop_it_stops_at_the_last_frame_and_play_begins_again() -> None:
-    ended = opened(FACTS, do.SetLoop(False), do.Tick(50 * FRAME))
-    assert not ended.playback.playing
-    assert frame(document=ended) == frame(do.Tick(1.0), document=ended) == LAST
+def test_without_loop_play_begins_again_at_the_end() -> None:
+    ended = opened(FACTS, do.SetLoop(False), do.SetPlaying(False, LAST))
     again = after(FACTS, ended, do.TogglePlaying())
     assert (again.playback.playing, again.playback.phase) == (True, 0.0)
 
 
-def test_a_paused_motion_stands_still_and_goes_on_from_there() -> None:
-    paused = opened(FACTS, do.Tick(3 * FRAME), do.TogglePlaying())
-    assert after(FACTS, paused, do.Tick(1.0)) == paused
-    assert frame(do.SetPlaying(True), do.Tick(FRAME), document=paused) == 4
-
-
-@pytest.mark.parametrize(("asked", "got"), [(7, 7), (0, 0), (LAST, LAST), (99, LAST), (-4, 0)])
-def test_seeking_pauses_at_a_frame(asked: int, got: int) -> None:
+@pytest.mark.parametrize(
+    ("asked", "got"), [(7, 7), (0, 0), (LAST, LAST), (99, LAST), (-4, 0), (2.5, 2.5)]
+)
+def test_seeking_pauses_at_a_frame(asked: float, got: float) -> None:
     assert not opened(FACTS, do.Seek(asked)).playback.playing
     assert frame(do.Seek(asked)) == got
 
 
-def test_every_frame_can_be_sought() -> None:
-    assert [frame(do.Seek(i)) for i in range(12)] == list(range(12))
-
-
 def test_the_phase_survives_a_change_of_length() -> None:
-    page = Page().compute().do(do.Seek(6), do.SelectMotion(3))
+    page = Page().do(do.Seek(6), do.SelectMotion(3))  # of 21 frames
     assert page.document.playback.phase == 6 / 11
-    assert page.compute().picture.frame() == round(6 / 11 * 20)  # of 21 frames
 
 
 def test_playing_goes_on_while_the_latent_moves() -> None:
-    page = Page().compute().do(do.Tick(3 * FRAME), do.SetMu(0, 0.9), do.Tick(FRAME))
-    assert page.picture.frame() == 4
+    assert Page().do(do.SetMu(0, 0.9)).document.playback.playing
 
 
-def test_time_alone_wants_no_work() -> None:
-    assert newly_wanted(FACTS, opened(), do.Tick(0.03), do.Seek(3), do.SetLoop(False)) == {}
+def test_playback_wants_no_work() -> None:
+    assert newly_wanted(FACTS, opened(), do.Seek(3), do.SetLoop(False)) == {}
 
 
 # --- what the boards show ---
