@@ -6,9 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from rnnpb_explorer.app.state import document
-
 from rnnpb_explorer.app.commands.main import COMMANDS
+from rnnpb_explorer.app.state import document
 
 HEAVY = ("torch", "trimesh", "yourdfpy", "viser", "matplotlib")
 LIGHT = (

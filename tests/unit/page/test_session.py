@@ -23,7 +23,6 @@ from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.statecode import PREFIX
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
@@ -81,23 +80,6 @@ def open_browser(app: App) -> Iterator[Open]:
     yield open_one
     for browser in opened:
         browser.leave()
-
-
-def until(session: Session, condition: Callable[[Picture], bool]) -> Picture:
-    """Wait until a picture that fulfils the condition has been shown; that picture."""
-    seen: list[Picture] = []
-
-    def fulfils(picture: Picture) -> bool:
-        seen[:] = [picture]
-        return condition(picture)
-
-    assert session.wait_for(fulfils, TIMEOUT)
-    return seen[0]
-
-
-def complete(picture: Picture) -> bool:
-    """Whether all that this picture shows has been computed."""
-    return not picture.computed.missing(wanted(picture.facts, picture.document))
 
 
 def now(session: Session) -> Picture:
