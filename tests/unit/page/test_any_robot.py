@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -10,10 +10,11 @@ from arm import RECORDED_JOINTS, options_for_the_arm, recording
 
 from rnnpb_explorer.app.page.server import App, start
 from rnnpb_explorer.app.page.session import Session
-from rnnpb_explorer.app.state.document import AppState
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.core.motion import format_motion
 
-from .wire_browser import TIMEOUT, WireBrowser
+from ..wire_browser import TIMEOUT, WireBrowser
 
 
 @pytest.fixture(scope="module")
@@ -39,20 +40,12 @@ def session(app: App, browser: WireBrowser) -> Session:
     return session
 
 
-def until(session: Session, condition: object) -> None:
-    assert session.wait_for(condition, TIMEOUT)  # type: ignore[arg-type]
+def until(session: Session, condition: Callable[[Picture], bool]) -> None:
+    assert session.wait_for(condition, TIMEOUT)
 
 
-def complete(state: AppState) -> bool:
-    model = state.current
-    return (
-        model.motion is not None
-        and model.checked is not None
-        and model.motion.request == model.checked.request == model.motion_request
-        and model.landscape is not None
-        and model.landscape.request == model.landscape_request
-        and model.landscape.values.complete
-    )
+def complete(picture: Picture) -> bool:
+    return not picture.computed.missing(wanted(picture.facts, picture.document))
 
 
 def html(browser: WireBrowser) -> str:
@@ -66,10 +59,10 @@ def test_map_landscape_and_robot_are_there(
     assert app.facts[0].motions == ("bend", "turn", "wave")
     assert app.facts[0].data[0] is not None  # the recordings are the targets
     assert {"/boards/map", "/boards/landscape"} <= set(browser.nodes)
-    landscape = session.state.current.landscape
+    landscape = Picture(app.facts, session.document, session._computed).landscape
     assert landscape is not None
-    assert landscape.values.correlation.shape == (20, 20)
-    assert np.isfinite(landscape.values.correlation).all()
+    assert landscape[1].correlation.shape == (20, 20)
+    assert np.isfinite(landscape[1].correlation).all()
     arm = [name for name in browser.nodes if name.startswith("/robot-0/")]
     assert any(name.endswith("/a/b/c/d/slide") for name in arm)
 
@@ -82,11 +75,11 @@ def test_joints_without_a_match_are_on_the_screen(browser: WireBrowser, session:
 
 def test_a_drag_moves_the_arm(browser: WireBrowser, session: Session) -> None:
     browser.command("Play or pause")
-    until(session, lambda state: not state.playback.playing)
+    until(session, lambda picture: not picture.document.playback.playing)
     before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
     x, y, z = browser.nodes["/boards/map"]["position"]
     browser.drag("/boards/map", (x, y, z), (x, y + 0.1, z), (x, y + 0.2, z + 0.1))
-    until(session, lambda state: len(state.undo) == 1 and complete(state))
+    until(session, lambda picture: len(session._history.past) == 1 and complete(picture))
     browser.wait_for(
         lambda: any(
             node.get("wxyz") != before.get(name)
@@ -98,23 +91,29 @@ def test_a_drag_moves_the_arm(browser: WireBrowser, session: Session) -> None:
 
 def test_a_recording_is_recognised(browser: WireBrowser, session: Session) -> None:
     browser.upload("Upload a motion", "new.csv", format_motion(recording("new", 0.5)).encode())
-    until(session, lambda state: state.recognition.target is not None)
+    until(session, lambda picture: picture.document.target is not None)
     browser.set("Iterations", 20)
-    until(session, lambda state: state.recognition.iterations == 20)
+    until(session, lambda picture: picture.document.recognition.iterations == 20)
     browser.press("Start")
-    until(session, lambda state: state.recognition.status == "finished" and complete(state))
-    trace = session.state.recognition.trace
+    ended: list[Picture] = []
+
+    def finished(picture: Picture) -> bool:
+        ended[:] = [picture]
+        return picture.run_status == "finished" and complete(picture)
+
+    until(session, finished)
+    trace = ended[0].trace
     assert trace is not None
     assert trace.loss.min() < trace.loss[0, 0]
 
 
 def test_it_is_exported_and_has_no_naoqi(browser: WireBrowser, session: Session) -> None:
     browser.set("Format", "JSON")
-    until(session, lambda state: state.export.file_format == "json")
+    until(session, lambda picture: picture.document.export.file_format == "json")
     browser.press("Export the motion")
     browser.wait_for(lambda: any(name.endswith(".json") for name in browser.files))
     browser.set("Format", "NAOqi script")
-    until(session, lambda state: state.export.file_format == "naoqi")
+    until(session, lambda picture: picture.document.export.file_format == "naoqi")
     browser.press("Export the motion")
     browser.wait_for(
         lambda: any("NAOqi on Pepper has no joint" in said for said in browser.notices)
