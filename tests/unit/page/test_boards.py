@@ -1,4 +1,4 @@
-"""What a hand on a board asks for, and what the boards show of a state; no browser is needed."""
+"""What a hand on a board asks for, and what the boards show of a picture; no browser is needed."""
 
 from __future__ import annotations
 
@@ -16,21 +16,25 @@ from rnnpb_explorer.app.page.boards.landscape_view import LandscapeView
 from rnnpb_explorer.app.page.boards.map_view import MapView
 from rnnpb_explorer.app.page.stage import camera_position, stage_for
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import AppState, Array, initial_state
-from rnnpb_explorer.app.state.slices import on_landscape
-from rnnpb_explorer.app.state.transitions import Facts
+from rnnpb_explorer.app.state.facts import Array, Facts
+from rnnpb_explorer.app.state.picture import Picture
+from rnnpb_explorer.app.state.planes import on_landscape
+from rnnpb_explorer.app.state.results import LandscapeResult
+from rnnpb_explorer.core.windows import Landscape
 
-from .app_states import (
+from ..app_states import (
     FACTS,
+    LANDSCAPE,
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
-    after,
+    Page,
     hand_on,
+    landscape_result,
     make_facts,
+    make_target,
     make_trace,
-    open_screen,
-    target_motion,
 )
+from .pictures import Clock, after, came_to, open_screen, opening
 
 STAGE = stage_for(1)
 EYE = camera_position(STAGE, 1.5)
@@ -38,15 +42,6 @@ ALL_SIZES = pytest.mark.parametrize(
     "facts", [ONE_DIMENSION, FACTS, TWELVE_DIMENSIONS], ids=["D1", "D3", "D12"]
 )
 TWO_DIMENSIONS = (make_facts(2, "flat"),)
-
-
-class Clock:
-    """A clock that a test moves."""
-
-    now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
 
 
 class Hand:
@@ -87,18 +82,18 @@ class Hand:
 class Setup:
     """A board of each kind on the scene of a server that nobody looks at."""
 
-    def __init__(self, scene: viser.SceneApi, facts: Facts, state: AppState) -> None:
+    def __init__(self, scene: viser.SceneApi, picture: Picture) -> None:
         self.sent: list[do.Intent] = []
         self.clock = Clock()
-        self.map = MapView(scene, STAGE.map_board, facts, state, self.sent.append, self.clock)
+        self.map = MapView(scene, STAGE.map_board, picture, self.sent.append, self.clock)
         self.landscape = LandscapeView(
-            scene, STAGE.landscape_board, facts, state, self.sent.append, self.clock
+            scene, STAGE.landscape_board, picture, self.sent.append, self.clock
         )
 
-    def show(self, state: AppState) -> None:
+    def show(self, picture: Picture) -> None:
         self.clock.now += 1.0
-        self.map.show(state)
-        self.landscape.show(state)
+        self.map.show(picture)
+        self.landscape.show(picture)
 
 
 Make = Callable[..., Setup]
@@ -113,8 +108,8 @@ def server() -> Iterator[viser.ViserServer]:
 
 @pytest.fixture
 def make(server: viser.ViserServer) -> Make:
-    def setup(facts: Facts = FACTS, state: AppState | None = None) -> Setup:
-        return Setup(server.scene, facts, open_screen(facts) if state is None else state)
+    def setup(facts: Facts = FACTS, picture: Picture | None = None) -> Setup:
+        return Setup(server.scene, open_screen(facts) if picture is None else picture)
 
     return setup
 
@@ -144,13 +139,16 @@ def test_a_touch_that_comes_at_once_finds_the_boards_ready(
 # --- the puck ---
 @ALL_SIZES
 def test_the_puck_stands_where_mu_is(make: Make, facts: Facts) -> None:
-    state = open_screen(facts)
-    boards = make(facts, state)
-    boards.show(state)
-    coordinates = facts[0].latent_map.project(state.current.latent.mu)
+    picture = open_screen(facts)
+    boards = make(facts, picture)
+    boards.show(picture)
+    coordinates = facts[0].latent_map.project(picture.choice.latent.mu)
     for board, at in (
-        (boards.map.board, [coordinates[axis] for axis in state.map_axes]),
-        (boards.landscape.board, on_landscape(facts[0], state, state.current.latent.mu)),
+        (boards.map.board, [coordinates[axis] for axis in picture.document.map_axes]),
+        (
+            boards.landscape.board,
+            on_landscape(facts[0], picture.document, picture.choice.latent.mu),
+        ),
     ):
         size = board.place.size
         hit = board.place.hit(EYE, board.puck - PUCK_AHEAD * board.place.normal)
@@ -161,8 +159,8 @@ def test_the_puck_stands_where_mu_is(make: Make, facts: Facts) -> None:
 
 def test_a_puck_outside_of_the_picture_waits_at_its_rim(make: Make) -> None:
     boards = make()
-    state = after(FACTS, open_screen(), do.SetMu(0, 15.0), do.SetMu(1, -15.0))
-    boards.show(state)
+    picture = after(open_screen(), do.SetMu(0, 15.0), do.SetMu(1, -15.0))
+    boards.show(picture)
     board = boards.map.board
     offset = board.puck - board.place.center
     assert (np.abs(offset[1:]) < board.place.size / 2).all()
@@ -181,7 +179,7 @@ def test_a_drag_on_the_map_asks_for_the_pointers_place(make: Make, facts: Facts)
     boards = make(facts)
     x, y = middle_of(boards.map.board)
     Hand(boards.map.board).drag((x, y), (x + 0.1, y), (x + 0.2, y + 0.1))
-    axes = open_screen(facts).map_axes
+    axes = open_screen(facts).document.map_axes
     moves = [intent for intent in boards.sent if isinstance(intent, do.MoveOnMap)]
     assert len(moves) == len(boards.sent) == 3
     assert {move.axes for move in moves} == {axes}
@@ -229,7 +227,7 @@ def test_a_drag_past_the_rim_stays_at_it(make: Make) -> None:
 
 def test_a_drag_uses_the_axes_that_are_shown(make: Make) -> None:
     boards = make(TWELVE_DIMENSIONS)
-    boards.show(after(TWELVE_DIMENSIONS, open_screen(TWELVE_DIMENSIONS), do.SetMapAxes((4, 7))))
+    boards.show(after(open_screen(TWELVE_DIMENSIONS), do.SetMapAxes((4, 7))))
     at = middle_of(boards.map.board)
     Hand(boards.map.board).drag(at, at)
     assert isinstance(boards.sent[0], do.MoveOnMap)
@@ -238,10 +236,10 @@ def test_a_drag_uses_the_axes_that_are_shown(make: Make) -> None:
 
 def test_with_shift_the_pointers_way_moves_the_next_components(make: Make) -> None:
     facts = TWELVE_DIMENSIONS
-    state = open_screen(facts)
-    boards = make(facts, state)
-    boards.show(state)
-    before = facts[0].latent_map.project(state.current.latent.mu)
+    picture = open_screen(facts)
+    boards = make(facts, picture)
+    boards.show(picture)
+    before = facts[0].latent_map.project(picture.choice.latent.mu)
     x, y = middle_of(boards.map.board)
     Hand(boards.map.board).drag((x, y), (x + 0.3, y - 0.2), (x + 0.5, y), shift=True)
     moves = [intent for intent in boards.sent if isinstance(intent, do.MoveOnMap)]
@@ -255,11 +253,11 @@ def test_a_second_drag_with_shift_begins_where_the_components_are(make: Make) ->
     boards = make(facts)
     at = middle_of(boards.map.board)
     Hand(boards.map.board).drag(at, (at[0] + 0.3, at[1]), shift=True)
-    state = after(facts, open_screen(facts), boards.sent[-1])
-    boards.show(state)
+    picture = after(open_screen(facts), boards.sent[-1])
+    boards.show(picture)
     boards.sent.clear()
     Hand(boards.map.board).drag(at, at, shift=True)
-    now = facts[0].latent_map.project(state.current.latent.mu)
+    now = facts[0].latent_map.project(picture.choice.latent.mu)
     assert isinstance(boards.sent[0], do.MoveOnMap)
     np.testing.assert_allclose(boards.sent[0].to, now[[2, 3]], atol=1e-9)
 
@@ -282,7 +280,7 @@ def test_shift_moves_what_is_hidden_and_nothing_else(
 @ALL_SIZES
 def test_a_click_on_a_point_selects_its_motion(make: Make, facts: Facts) -> None:
     boards = make(facts)
-    axes = list(open_screen(facts).map_axes)
+    axes = list(open_screen(facts).document.map_axes)
     for index, point in enumerate(facts[0].latent_map.points[:, axes]):
         boards.sent.clear()
         Hand(boards.map.board).click(float(point[0]), float(point[1]) if len(axes) > 1 else 0.0)
@@ -313,11 +311,11 @@ def test_a_drag_on_the_landscape_asks_for_values_of_its_axes(make: Make, facts: 
 
 @ALL_SIZES
 def test_before_the_first_landscape_its_window_is_there(make: Make, facts: Facts) -> None:
-    state = initial_state(facts)
-    board = make(facts, state).landscape.board
-    axes = list(state.map_axes)
+    picture = opening(facts)
+    board = make(facts, picture).landscape.board
+    axes = list(picture.document.map_axes)
     middle = middle_of(board)[: len(axes)]
-    np.testing.assert_allclose(middle, state.current.anchor[axes], atol=1e-9)
+    np.testing.assert_allclose(middle, np.array(picture.choice.anchor)[axes], atol=1e-9)
     left, right = board.frame.x_range
     assert 2.0 <= right - left < 2.2  # +-1 and half a cell
 
@@ -350,78 +348,91 @@ def count_pictures(board: BoardView, monkeypatch: pytest.MonkeyPatch) -> list[ob
 def test_a_picture_is_drawn_anew_only_for_what_it_shows(
     make: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    state = open_screen()
-    boards = make(FACTS, state)
+    picture = open_screen()
+    boards = make(FACTS, picture)
     on_map = count_pictures(boards.map.board, monkeypatch)
     on_plane = count_pictures(boards.landscape.board, monkeypatch)
     for _ in range(3):
-        state = after(FACTS, state, do.Tick(0.1), do.Seek(3), do.SetJoint("b"))
-        boards.show(state)
+        picture = after(picture, do.Tick(0.1), do.Seek(3), do.SetJoint("b"))
+        boards.show(picture)
     assert (on_map, on_plane) == ([], [])
-    state = after(FACTS, state, do.SetColouring("valence"))
-    boards.show(state)
-    boards.show(state)
+    picture = after(picture, do.SetColouring("valence"))
+    boards.show(picture)
+    boards.show(picture)
     assert (len(on_map), len(on_plane)) == (1, 0)
-    state = after(FACTS, state, do.SetMu(0, 0.6))
-    boards.show(state)
+    picture = after(picture, do.SetMu(0, 0.6))
+    boards.show(picture)
     assert (len(on_map), len(on_plane)) == (2, 0)  # the landscape is the same, the puck moves
 
 
 def test_while_much_changes_pictures_are_few_and_the_last_one_is_right(
     make: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    state = open_screen()
-    boards = make(FACTS, state)
+    picture = open_screen()
+    boards = make(FACTS, picture)
     drawn = count_pictures(boards.map.board, monkeypatch)
     boards.clock.now += 10.0
     for step in range(20):
-        state = after(FACTS, state, do.SetMu(0, 0.01 * step))
-        boards.map.show(state)
+        picture = after(picture, do.SetMu(0, 0.01 * step))
+        boards.map.show(picture)
     assert len(drawn) == 1
-    boards.show(state)
+    boards.show(picture)
     assert len(drawn) == 2
-    boards.show(state)
+    boards.show(picture)
     assert len(drawn) == 2
 
 
 def test_a_path_that_leaves_the_map_widens_it(make: Make) -> None:
-    state = after(FACTS, open_screen(), do.SetTarget(target_motion()), do.StartRecognition())
-    boards = make(FACTS, state)
+    picture = after(open_screen(), do.SetTarget(make_target()), do.StartRecognition())
+    boards = make(FACTS, picture)
     before = boards.map.board.frame
     far = np.array([[[0.0, 0.0, 0.0]], [[9.0, 9.0, 9.0]], [[0.1, 0.1, 0.1]]])
-    state = after(FACTS, state, do.RecognitionStepped(state.recognition.request, make_trace(far)))
-    boards.show(state)
+    picture = came_to(picture, make_trace(far))
+    boards.show(picture)
     frame = boards.map.board.frame
     for mu in far[:, 0]:
         assert frame.contains(FACTS[0].latent_map.project(mu)[:2])
-    state = after(FACTS, state, do.CancelRecognition(), do.ClearTarget())
-    boards.show(state)
+    picture = after(picture, do.CancelRecognition(), do.ClearTarget())
+    boards.show(picture)
     assert boards.map.board.frame == before
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
 def test_a_path_that_runs_away_is_drawn_as_far_as_it_goes(make: Make, value: float) -> None:
-    state = after(FACTS, open_screen(), do.SetTarget(target_motion()), do.StartRecognition())
-    boards = make(FACTS, state)
+    picture = after(open_screen(), do.SetTarget(make_target()), do.StartRecognition())
+    boards = make(FACTS, picture)
     before = boards.map.board.frame
     lost = np.array([[[0.1, 0.1, 0.1]], [[0.2, 0.1, 0.1]], [[value] * 3]])
-    request = state.recognition.request
-    state = after(FACTS, state, do.RecognitionStepped(request, make_trace(lost)))
-    boards.show(state)
+    picture = came_to(picture, make_trace(lost))
+    boards.show(picture)
     frame = boards.map.board.frame
     assert np.isfinite([*frame.x_range, *frame.y_range]).all()
     if not np.isfinite(value):
         assert frame == before
 
 
+def test_a_landscape_becomes_complete_on_the_board(
+    make: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = Page().compute()
+    page.do(do.SetMu(2, 0.9)).deliver(LANDSCAPE, landscape_result(complete=False), done=False)
+    boards = make(FACTS, page.picture)
+    drawn = count_pictures(boards.landscape.board, monkeypatch)
+    axis = np.linspace(-1.0, 1.0, 20)
+    better = Landscape(np.ones((20, 20), np.float32), axis, axis)
+    boards.show(page.deliver(LANDSCAPE, LandscapeResult(better)).picture)
+    boards.show(page.picture)
+    assert len(drawn) == 1
+
+
 # --- side by side ---
 def test_the_boards_turn_to_the_active_model(make: Make) -> None:
     facts = (FACTS[0], ONE_DIMENSION[0], TWELVE_DIMENSIONS[0])
-    state = open_screen(facts)
-    boards = make(facts, state)
+    picture = open_screen(facts)
+    boards = make(facts, picture)
     for index, axes in ((1, (0,)), (2, (0, 1)), (0, (0, 1))):
-        state = after(facts, state, do.SelectModel(index))
-        boards.show(state)
+        picture = after(picture, do.SelectModel(index))
+        boards.show(picture)
         boards.sent.clear()
         Hand(boards.map.board).drag(*[middle_of(boards.map.board)] * 2)
         Hand(boards.landscape.board).drag(*[middle_of(boards.landscape.board)] * 2)
