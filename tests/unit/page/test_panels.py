@@ -195,6 +195,17 @@ def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Fact
                 assert sent == [do.SetSigma(index, 0.25)]
 
 
+def test_a_motion_chosen_by_name_is_the_active_models_one(gui: viser.GuiApi) -> None:
+    facts = (FACTS[0], make_facts(2, "other", ("bow", "jump", "wave")))
+    sent: list[do.Intent] = []
+    panel = ExplorePanel(gui, facts, sent.append)
+    for index, motion in ((1, 2), (0, 0)):
+        panel.show(after(open_screen(facts), do.SelectModel(index)))
+        sent.clear()
+        hand(labelled(gui, "Motion"), "wave")
+        assert sent == [do.SelectMotion(motion)]
+
+
 def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
     ExplorePanel(gui, DETERMINISTIC, lambda _: None).show(open_screen(DETERMINISTIC))
     labels = [getattr(h, "label", "") for h in gui._gui_input_handle_from_uuid.values()]

@@ -29,6 +29,7 @@ from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 from ..wire_browser import TIMEOUT, WireBrowser
+from .pictures import complete, until
 
 NAMES = ("wave", "bow", "rest")
 
