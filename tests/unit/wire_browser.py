@@ -45,7 +45,7 @@ class WireBrowser:
     ) -> None:
         self.tab = {} if tab is None else tab
         self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
-        self.moves = 0
+        self.moves = self.messages = 0  # sent, received
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
         self.nodes: dict[str, dict[str, Any]] = {}  # of the scene, by name
         self.commands: dict[str, str] = {}  # uuid by label
@@ -77,6 +77,7 @@ class WireBrowser:
 
     def _take(self, message: dict[str, Any]) -> None:
         kind = message["type"]
+        self.messages += 1
         if kind == "RunJavascriptMessage" and not self._silent:
             self.hello()
         with self._changed:
