@@ -99,4 +99,5 @@ def _slowed(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     above = np.minimum.accumulate((above + slope)[::-1])[::-1] - slope  # and from the future
     below = np.maximum.accumulate(values + slope) - slope
     below = np.maximum.accumulate((below - slope)[::-1])[::-1] + slope
-    return (above + below) / 2
+    middle: NDArray[np.float64] = (above + below) / 2
+    return middle
