@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -180,10 +181,17 @@ def test_a_batch_is_as_large_as_a_piece(tiny_model: RNNPB, generated: Generated)
 
 
 def test_models_have_batches_of_their_own(tiny_model: RNNPB, generated: Generated) -> None:
-    desk = Desk(tiny_model, one_dimensional())
-    desk.page.want({MOTION: WAVE, ("motion", 1): MotionWork(1, (0.5,), 7)})
+    other = deepcopy(tiny_model)
+    other.weight_out *= 2.0
+    desk = Desk(tiny_model, other)
+    desk.page.want({MOTION: WAVE, ("motion", 1): replace(WAVE, model=1)})
     desk.run()
-    assert sorted(generated) == [(1, 7), (1, 12)]
+    assert generated == [(1, 12), (1, 12)]
+    for told, model in zip(desk.told, (tiny_model, other), strict=True):
+        assert isinstance(told, Delivered)
+        assert isinstance(told.result, MotionResult)
+        expected = expected_motion(model, WAVE.pb, 12)
+        np.testing.assert_allclose(told.result.positions, expected, atol=1e-6)
 
 
 def test_a_long_motion_is_generated_in_parts(tiny_model: RNNPB, generated: Generated) -> None:
