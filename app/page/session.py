@@ -234,7 +234,9 @@ class Session:
         if len(code) <= MAX_LINE:
             screen.show_code(code)
             return
-        self._client.send_file_download(f"screen{CODE_SUFFIX}", code.encode(), save_immediately=True)
+        self._client.send_file_download(
+            f"screen{CODE_SUFFIX}", code.encode(), save_immediately=True
+        )
         screen.say(
             "The upload makes this code too long for a line; it was saved as a file", good=True
         )

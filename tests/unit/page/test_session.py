@@ -780,11 +780,14 @@ def test_after_a_fault_nothing_is_kept_for_the_page_and_its_place_is_free(
     assert complete(now(other))
 
 
-def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: Open) -> None:
+def test_pages_that_leave_take_their_threads_with_them(
+    app: App, open_browser: Open, resting: threading.Event
+) -> None:
     before = set(threading.enumerate())
     pages = [open_browser() for _ in range(16)]
     assert len(page_threads() - before) == 16  # one each: the engine's are everybody's
     new = set(threading.enumerate()) - before
+    paused(*pages[0], resting)  # the others play
     for browser, session in pages:
         leave(browser, session)
         session.join(TIMEOUT)
