@@ -836,7 +836,7 @@ def test_stopping_ends_every_session_and_frees_the_port(
 
 # --- models side by side ---
 def test_two_models_of_different_sizes_on_one_screen(
-    checkpoint: Path, tmp_path: Path, open_browser: Open
+    checkpoint: Path, tmp_path: Path, open_browser: Open, resting: threading.Event
 ) -> None:
     line = save_model(tmp_path / "line.pt", pb_dim=1, names=("bow", "wave"))
     wide = save_model(tmp_path / "wide.pt", pb_dim=12)
@@ -845,6 +845,7 @@ def test_two_models_of_different_sizes_on_one_screen(
         browser, session = open_browser(of=both)
         assert shown(now(session)) == ["bow", "bow", "bow"]
         assert {"/robot-0", "/robot-1", "/robot-2"} <= set(browser.nodes)
+        paused(browser, session, resting)
         for name in ("wide", "tiny", "line"):
             before = browser.widget("μ 1")
             browser.set("Model", name)
@@ -853,6 +854,9 @@ def test_two_models_of_different_sizes_on_one_screen(
             browser.wait_for(lambda before=before: browser.widget("μ 1") is not before)
             browser.set("Motion", "wave")
             until(session, lambda picture: shown(picture) == ["wave"] * 3 and complete(picture))
+            resting.clear()
+            browser.set("Speed ×", 1.5)  # it has only to wake the page
+            assert resting.wait(TIMEOUT)  # all is drawn: a hand on another model's board is none
             taken = steps(session)
             browser.drag("/boards/map", (0.0, -1.0, 1.1), (0.0, -0.9, 1.1))
             browser.drag("/boards/landscape", (0.0, -1.0, 0.4), (0.0, -0.9, 0.4))
