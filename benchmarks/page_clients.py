@@ -113,6 +113,7 @@ class Page:
             self.sent[point] = time.perf_counter()
             await self._ask(
                 type="MoveOnMap",
+                model=0,
                 axes=[0, 1],
                 to=circle.to[point].tolist(),
                 gesture=1,

@@ -159,7 +159,7 @@ export class MapBoard extends Board {
 
   /** @param {number} index */
   select(index) {
-    this.ask({ type: "SelectMotion", index });
+    this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
   }
 
   /** The whole plot is free to the hand, wider than the learned points. @param {Point} to @returns {Point} */
@@ -194,7 +194,8 @@ export class MapBoard extends Board {
   /** @param {Move} move @returns {import("./messages.js").Asked} */
   asked({ to, axes, gesture, number, done }) {
     const drawn = this.shown?.axes ?? [];
-    return { type: "MoveOnMap", axes: axes.length ? axes : drawn, to, gesture, number, done };
+    const model = this.shown?.model ?? 0;
+    return { type: "MoveOnMap", model, axes: axes.length ? axes : drawn, to, gesture, number, done };
   }
 
   // --- along what is not drawn ---

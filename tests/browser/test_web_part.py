@@ -413,9 +413,10 @@ def test_nonsense_from_a_page_costs_that_message(web: WebPage) -> None:
             const send = (payload) =>
                 window.__viserMutable.sendMessage({ type: "RnnpbAsked", payload, more: [1] });
             for (const one of ["", "{", "[]", '{"type":"Nonsense"}', null, 7, {}, "x".repeat(3e5),
-                '{"type":"SelectMotion","index":-1}', '{"type":"SelectMotion","index":"1"}',
+                '{"type":"SelectMotion","model":0,"index":-1}',
+                '{"type":"SelectMotion","model":0,"index":"1"}',
                 '{"type":"Seek","frame":1e99}', "[".repeat(9e4),
-                '{"type":"MoveOnMap","axes":[0],"to":[1,2],"gesture":1,"number":1,"done":true}',
+                '{"type":"MoveOnMap","model":0,"axes":[0],"to":[1,2],"gesture":1,"number":1,"done":true}',
             ]) send(one);
         }"""
     )

@@ -212,6 +212,7 @@ class WireBrowser:
             self.moves += 1
             self.ask(
                 "MoveOnMap" if board == "map" else "MoveOnLandscape",
+                model=shown["model"],
                 axes=axes,
                 to=list(to),
                 gesture=gesture,

@@ -32,14 +32,14 @@ from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.results import ExportedFile
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.app.state.wanted import export_work
+from rnnpb_explorer.app.state.wanted import export_work, eyes_of, wanted
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.export import export_motion
 from rnnpb_explorer.robot.pepper import EYE_COLUMNS
 from rnnpb_explorer.robot.safety_report import SafetyReport, Violation
 
-from ..app_states import FACTS, JOINTS, Page, make_facts, target_motion
+from ..app_states import FACTS, JOINTS, Page, make_facts, make_target, motion_of, target_motion
 from .pictures import after, answered, checked, open_screen
 
 PAIR = (make_facts(name="one"), make_facts(name="two"))
@@ -127,6 +127,17 @@ def test_until_a_new_motion_is_checked_the_light_stays(gui: viser.GuiApi, arm: R
 
 
 # --- raw and limited ---
+def test_the_limited_motion_is_made_only_while_it_is_seen_and_of_the_active_model() -> None:
+    def checks(*asked: do.DocumentIntent) -> list[str]:
+        works = wanted(PAIR, after(open_screen(PAIR), *asked).document)
+        return [motion_of(works, index).check for index in (0, 1)]
+
+    assert checks() == ["report", "report"]
+    assert checks(do.SetSideBySide(True)) == ["limited", "report"]
+    assert checks(do.SetSideBySide(True), do.SelectModel(1)) == ["report", "limited"]
+    assert checks(do.SetSideBySide(True), do.SetSideBySide(False)) == ["report", "report"]
+
+
 @pytest.mark.parametrize(
     ("facts", "names"),
     [(FACTS, ["raw", "limited"]), (PAIR, ["one, raw", "two", "one, limited"])],
@@ -160,6 +171,15 @@ def test_names_come_and_go(scene: viser.SceneApi) -> None:
 
 
 # --- export ---
+def test_what_is_on_the_screen_is_exported() -> None:
+    picture = after(open_screen(), do.SetMu(0, 0.7), do.SetExportOption("file_format", "json"))
+    work = export_work(FACTS, picture.document)
+    assert (work.motion.pb, work.motion.steps) == (picture.choice.latent.pb, 12)
+    assert (work.name, work.options) == ("wave tiny", ExportOptions("json"))
+    other = after(picture, do.SetExportOption("file_format", "bvh"))
+    assert other.document == picture.document  # no such format
+
+
 def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Robot) -> None:
     panel = RobotPanel(gui, FACTS, arm, lambda _: None)
     picture = checked(open_screen(), FAST)
@@ -193,6 +213,27 @@ def test_what_was_written_is_said_of_this_motion_and_these_options_alone(
 # --- eyes ---
 def with_eyes() -> Picture:
     return after(open_screen(), do.SetTarget(target_of_motion(target_motion(), TRACK)))
+
+
+def test_the_targets_colours_are_shown_while_it_is_compared_with() -> None:
+    def colours(*asked: do.DocumentIntent) -> object:
+        return eyes_of(FACTS, after(with_eyes(), *asked).document, 0)
+
+    shown = colours()
+    assert isinstance(shown, np.ndarray)
+    np.testing.assert_allclose(shown, TRACK, atol=0.5 / 255)
+    assert colours(do.SetUseTarget(False)) is None
+    assert colours(do.ClearTarget()) is None
+    assert colours(do.SetTarget(make_target())) is None  # it has none of its own
+
+
+def test_the_datas_colours_go_with_the_motion() -> None:
+    facts = (replace(FACTS[0], eyes=(None, TRACK, None, None)),)
+    opened = open_screen(facts)
+    assert eyes_of(facts, opened.document, 0) is None
+    assert eyes_of(facts, after(opened, do.SelectMotion(1)).document, 0) is TRACK
+    given = after(opened, do.SelectMotion(1), do.SetTarget(make_target()))
+    assert eyes_of(facts, given.document, 0) is None  # the target has no colours
 
 
 def test_the_switch_is_there_only_with_a_track(gui: viser.GuiApi) -> None:

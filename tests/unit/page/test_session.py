@@ -191,9 +191,9 @@ def test_nonsense_from_a_page_costs_that_message_alone(open_browser: Open) -> No
         "[" * 999,
     ):
         browser.say({"type": "RnnpbAsked", "payload": payload})
-    browser.ask("SelectMotion", index=999_999)
-    browser.ask("MoveOnLandscape", axes=["PC1"], to=[1.0], gesture=1, number=1, done=True)
-    browser.ask("SelectMotion", index=1)
+    browser.ask("SelectMotion", model=0, index=999_999)
+    browser.ask("MoveOnLandscape", model=0, axes=["PC1"], to=[1.0], gesture=1, number=1, done=True)
+    browser.ask("SelectMotion", model=0, index=1)
     until(session, lambda picture: picture.choice.latent.motion == 1)
     assert steps(session) == 1
     browser.ask("Undo")
@@ -725,11 +725,14 @@ def test_after_a_fault_nothing_is_kept_for_the_page_and_its_place_is_free(
     assert complete(now(other))
 
 
-def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: Open) -> None:
+def test_pages_that_leave_take_their_threads_with_them(
+    app: App, open_browser: Open, resting: threading.Event
+) -> None:
     before = set(threading.enumerate())
     pages = [open_browser() for _ in range(16)]
     assert len(page_threads() - before) == 16  # one each: the engine's are everybody's
     new = set(threading.enumerate()) - before
+    paused(*pages[0], resting)  # the others play
     for browser, session in pages:
         leave(browser, session)
         session.join(TIMEOUT)
@@ -777,7 +780,7 @@ def test_stopping_ends_every_session_and_frees_the_port(
 
 # --- models side by side ---
 def test_two_models_of_different_sizes_on_one_screen(
-    checkpoint: Path, tmp_path: Path, open_browser: Open
+    checkpoint: Path, tmp_path: Path, open_browser: Open, resting: threading.Event
 ) -> None:
     line = save_model(tmp_path / "line.pt", pb_dim=1, names=("bow", "wave"))
     wide = save_model(tmp_path / "wide.pt", pb_dim=12)
@@ -795,16 +798,17 @@ def test_two_models_of_different_sizes_on_one_screen(
             browser.set("Motion", "wave")
             until(session, lambda picture: shown(picture) == ["wave"] * 3 and complete(picture))
             taken = steps(session)
+            index = [one.name for one in both.facts].index(name)
+            browser.wait_for(
+                lambda index=index: [
+                    browser.shown[kind]["model"] for kind in ("MapShown", "LandscapeShown")
+                ]
+                == [index, index]
+            )
             at = browser.shown["PuckShown"]["on_map"] + 0.05
             browser.drag("map", at.tolist()[: len(browser.shown["MapShown"]["axes"])])
-            axes = [
-                f"μ{axis + 1}" for axis in range(min(both.facts[session.document.active].pb_dim, 2))
-            ]
-            browser.wait_for(
-                lambda axes=axes: browser.shown["LandscapeShown"]["axis_labels"] == axes
-            )
-            near = [float(browser.shown["LandscapeShown"][axis][3]) for axis in "xy"[: len(axes)]]
-            browser.drag("landscape", near)
+            near = [float(browser.shown["LandscapeShown"][axis][3]) for axis in "xy"]
+            browser.drag("landscape", near[: len(browser.shown["LandscapeShown"]["axis_labels"])])
             # One hand: it takes a slider when it has let go of the board.
             until(session, lambda _, taken=taken: steps(session) == taken + 2)
             browser.set("μ 1", 0.5)
