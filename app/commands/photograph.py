@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 import shutil
 import time
 from collections.abc import Iterator, Sequence
@@ -34,11 +33,19 @@ CHROMIUM_FLAGS = (
 )
 # viser lowers the resolution on a slow machine; a picture is always taken at full resolution.
 URL_QUERY = "?fixedDpr=1"
-CANVAS = "canvas[data-engine]"  # the 3D canvas; curves have canvases of their own
-LANDSCAPE_COMPLETE = re.compile(r"^Landscape \d+×\d+ complete")
+# Robots with motions and all their nodes, the puck, and a complete landscape.
+READY = """() => {
+    const part = window.rnnpb?.part, robots = part?.robots.robots ?? [];
+    const stands = ({ motion, isCopy, copies, nodes }) =>
+        motion && (isCopy ? copies.length > 0 : nodes.length > 0 && nodes.every(Boolean));
+    return robots.length > 0 && robots.every(stands) && part.map.puck !== null
+        && part.landscape.shown?.complete;
+}"""
 READY_SECONDS = 120.0  # software rendering on a busy machine is slow
 STILL_SECONDS = 5.0  # a moving robot never stands still; then the picture is taken as it is
-CHECK_SECONDS = 0.3  # viser goes on rendering for 0.25 s after the last change
+# viser goes on rendering for 0.25 s after the last change; a canvas of another size is framed anew
+# after 0.3 s.
+CHECK_SECONDS = 0.6
 
 
 def take_screenshot(
@@ -83,17 +90,32 @@ def take_screenshot(
         )
         app = start(options)
         try:
-            width, height = size
-            page = browser.new_page(viewport={"width": width, "height": height})
-            page.goto(app.url + URL_QUERY)
-            wait_until_ready(page)
-            picture = _picture_at_rest(page)
+            picture = photograph(browser, app.url, size)
         finally:
             app.stop()
     try:
         Path(out).write_bytes(picture)
     except OSError as error:
         raise InputError(f"cannot write {os.fspath(out)}: {error.strerror}") from error
+
+
+def photograph(browser: Browser, url: str, size: tuple[int, int]) -> bytes:
+    """A PNG of the app at an address, complete and, where the robot is paused, at rest.
+
+    Args:
+        size: (width, height) of the page in pixels.
+
+    Raises:
+        InputError: the page did not become complete.
+    """
+    width, height = size
+    page = browser.new_page(viewport={"width": width, "height": height})
+    try:
+        page.goto(url + URL_QUERY)
+        wait_until_ready(page)
+        return _picture_at_rest(page)
+    finally:
+        page.close()
 
 
 @contextmanager
@@ -136,18 +158,16 @@ def find_chromium() -> str | None:
 
 
 def wait_until_ready(page: Page) -> None:
-    """Wait for the scene and the complete landscape; keep viser's notice on software WebGL away.
+    """Wait for the robot and the complete landscape; keep viser's notice on software WebGL away.
 
     Raises:
         InputError: it took too long.
     """
     from playwright.sync_api import TimeoutError as PlaywrightTimeoutError
 
-    milliseconds = READY_SECONDS * 1000
     page.add_style_tag(content="#webgl-software-rendering { display: none }")
     try:
-        page.locator(CANVAS).wait_for(timeout=milliseconds)
-        page.get_by_text(LANDSCAPE_COMPLETE).first.wait_for(state="attached", timeout=milliseconds)
+        page.wait_for_function(READY, timeout=READY_SECONDS * 1000)
     except PlaywrightTimeoutError as error:
         raise InputError(f"the page was not complete after {READY_SECONDS:g} s") from error
 

@@ -43,7 +43,7 @@ from .uploads import CODE_SUFFIX
 # document.
 SETTLE_SECONDS = HELD_SECONDS + 0.1
 KEEP_SECONDS = 0.25  # at least, between two documents that the tab gets
-PHONE_WIDTH = 576  # pixels, of a page's canvas; viser's own breakpoint
+PHONE_WIDTH = 576  # pixels, of a page; viser's own breakpoint
 AS_IT_IS = ExportOptions("csv", beyond_limits=True)
 STOPPED = "The page met a fault and stopped. Reload it to go on."
 NOT_KEPT = "This upload is too long for the tab to keep: after a reload it has to be chosen again"
@@ -178,7 +178,7 @@ class Session:
     def _greet(self, hello: asked.Hello, screen: Screen) -> None:
         """The page is there, for the first time or again; it may bring what it showed before."""
         screen.resized(hello.width, hello.height)
-        if hello.width < PHONE_WIDTH:
+        if hello.page_width <= PHONE_WIDTH:
             screen.fold()
         if hello.document:
             self._tab = decode(self._facts, hello.document)
