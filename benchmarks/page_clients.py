@@ -92,7 +92,8 @@ class Page:
             for message in messages(raw):
                 self.messages += 1
                 if message["type"] == "RunJavascriptMessage":
-                    await self._ask(type="Hello", document=None, width=640, height=480, ratio=1.0,
+                    await self._ask(type="Hello", document=None, width=640, height=480,
+                                    page_width=1280, page_height=720, ratio=1.0,
                                     dark=False, playback=None)  # fmt: skip
                 elif message["type"] == "RnnpbShown":
                     self._shown(message["kind"], message["body"], now)

@@ -15,9 +15,7 @@ def intent_of(word: asked.ByHand, picture: Picture) -> do.Intent:
         case asked.MoveOnMap():
             return do.MoveOnMap(word.model, tuple(word.axes), tuple(word.to), word.gesture)
         case asked.MoveOnLandscape():
-            return do.MoveOnLandscape(
-                word.model, tuple(word.axes), tuple(word.to), word.gesture
-            )
+            return do.MoveOnLandscape(word.model, tuple(word.axes), tuple(word.to), word.gesture)
         case asked.SelectMotion(model, index):
             return do.SelectMotion(index, model)
         case asked.SetPlaying(playing, frame):

@@ -196,6 +196,8 @@ class WireBrowser:
             document=self.tab.get("document") or None,
             width=width,
             height=height,
+            page_width=width,
+            page_height=height,
             ratio=1.0,
             dark=False,
             playback=playback,

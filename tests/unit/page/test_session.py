@@ -732,7 +732,6 @@ def test_pages_that_leave_take_their_threads_with_them(
     pages = [open_browser() for _ in range(16)]
     assert len(page_threads() - before) == 16  # one each: the engine's are everybody's
     new = set(threading.enumerate()) - before
-    paused(*pages[0], resting)  # the others play
     for browser, session in pages:
         leave(browser, session)
         session.join(TIMEOUT)
@@ -800,10 +799,10 @@ def test_two_models_of_different_sizes_on_one_screen(
             taken = steps(session)
             index = [one.name for one in both.facts].index(name)
             browser.wait_for(
-                lambda index=index: [
-                    browser.shown[kind]["model"] for kind in ("MapShown", "LandscapeShown")
-                ]
-                == [index, index]
+                lambda index=index: (
+                    [browser.shown[kind]["model"] for kind in ("MapShown", "LandscapeShown")]
+                    == [index, index]
+                )
             )
             at = browser.shown["PuckShown"]["on_map"] + 0.05
             browser.drag("map", at.tolist()[: len(browser.shown["MapShown"]["axes"])])

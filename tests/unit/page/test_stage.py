@@ -47,7 +47,7 @@ def test_nothing_stands_in_anothers_way(robots: int) -> None:
     spots = stage_for(robots, *PEPPER).robots
     assert len(spots) == robots
     for one, other in pairwise(spots):
-        np.testing.assert_allclose(other - one, [0, 0.95, 0])
+        np.testing.assert_allclose(other - one, [0, 1.1, 0])
 
 
 @ROBOTS
