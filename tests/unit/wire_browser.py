@@ -140,6 +140,13 @@ class WireBrowser:
             assert self._changed.wait_for(condition, TIMEOUT)
 
     # --- what a person sees ---
+    def wait_for_all(self) -> None:
+        """Wait until both boards and the robot are there, the landscape complete."""
+        self.wait_for(
+            lambda: "MotionShown 0" in self.shown
+            and self.shown.get("LandscapeShown", {}).get("complete") is True
+        )
+
     def widget(self, label: str) -> dict[str, Any]:
         """The widget with this label, once it is there."""
         self.wait_for(lambda: self._uuid(label) is not None)

@@ -36,6 +36,7 @@ def browser(app: App) -> Iterator[WireBrowser]:
 def session(app: App, browser: WireBrowser) -> Session:
     session = app.sessions[max(app.sessions)]
     until(session, complete)
+    browser.wait_for_all()
     return session
 
 
@@ -49,7 +50,6 @@ def test_map_landscape_and_robot_are_there(
     assert app.facts[0].joints == RECORDED_JOINTS
     assert app.facts[0].motions == ("bend", "turn", "wave")
     assert app.facts[0].data[0] is not None  # the recordings are the targets
-    browser.wait_for(lambda: browser.shown.get("LandscapeShown", {}).get("complete") is True)
     assert browser.shown["MapShown"]["names"] == ["bend", "turn", "wave"]
     assert np.isfinite(browser.shown["LandscapeShown"]["correlation"]).all()
     assert any(name.endswith("/a/b/c/d/slide") for name in browser.nodes)

@@ -74,6 +74,7 @@ def open_browser(app: App) -> Iterator[Open]:
         browser.widget("Motion")  # the session builds its screen
         session = of.sessions[max(set(of.sessions) - before)]
         until(session, complete)
+        browser.wait_for_all()
         return browser, session
 
     yield open_one
@@ -139,7 +140,6 @@ def test_the_screen_opens_with_a_motion_that_plays(open_browser: Open, app: App)
     browser, _ = open_browser()
     assert browser.widget("Motion")["value"] == "wave"
     assert browser.widget("μ 1")["value"] == pytest.approx(app.facts[0].mu[0, 0], abs=0.01)
-    browser.wait_for(lambda: browser.shown.get("LandscapeShown", {}).get("complete") is True)
     browser.wait_for(lambda: browser.shown["PlaybackShown"]["playing"] is True)
     assert browser.shown["MapShown"]["names"] == list(NAMES)
     assert set(browser.shown["RobotsShown"]["robots"][0]["nodes"]) <= set(browser.nodes)
@@ -806,7 +806,7 @@ def test_two_models_of_different_sizes_on_one_screen(
             )
             at = browser.shown["PuckShown"]["on_map"] + 0.05
             browser.drag("map", at.tolist()[: len(browser.shown["MapShown"]["axes"])])
-            near = [float(browser.shown["LandscapeShown"][axis][3]) for axis in "xy"]
+            near = [float(browser.shown["LandscapeShown"][axis][:4][-1]) for axis in "xy"]
             browser.drag("landscape", near[: len(browser.shown["LandscapeShown"]["axis_labels"])])
             # One hand: it takes a slider when it has let go of the board.
             until(session, lambda _, taken=taken: steps(session) == taken + 2)
