@@ -489,6 +489,6 @@ def test_dark(open_web: OpenWeb) -> None:
     web.server.command("dark on")
     web.wait_for("part.map.theme.plot === '#1a1d21'")
     background = "getComputedStyle(document.querySelector('.rb-timebar')).backgroundColor"
-    assert web.part(background) == "rgb(31, 34, 38)"
+    assert web.part(background) == "rgb(36, 36, 36)"  # as viser's panels
     web.page.wait_for_timeout(1500)  # for the picture
     web.screenshot("web-dark")
