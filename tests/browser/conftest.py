@@ -1,14 +1,15 @@
-"""One server and one headless Chromium for all browser tests, and a fresh window for each."""
+"""One server and one headless Chromium for all browser tests, one window for each module."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
-from explorer_page import ExplorerPage, Open
+from explorer_page import ExplorerPage, Open, Pose
 
 from rnnpb_explorer.app.commands.photograph import chromium
 from rnnpb_explorer.core import InputError, shipped_checkpoints
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 MOTION = "Alienated_1"  # its landscape has a slope that changes with every component
 FRAME = 40
+FAILED = pytest.StashKey[bool]()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -56,28 +58,57 @@ def app() -> Iterator[App]:
 
 
 @pytest.fixture
-def open_explorer(browser: Browser, app: App, request: pytest.FixtureRequest) -> Iterator[Open]:
-    """Open windows with the app; each is photographed and closed after the test.
+def open_explorer(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Open]:
+    """Open windows of their own; each is closed after the test.
 
     A page that logged an error at any time fails the test, whatever it was about.
     """
     opened: list[ExplorerPage] = []
 
-    def open_page(
-        width: int = 1280, height: int = 720, resolution: float = 0.5, url: str = app.url
-    ) -> ExplorerPage:
-        opened.append(ExplorerPage.open(browser, url, width, height, resolution))
+    def open_page(url: str, **options: Any) -> ExplorerPage:
+        opened.append(ExplorerPage.open(browser, url, **options))
         return opened[-1]
 
     yield open_page
     for number, explorer in enumerate(opened):
-        suffix = f"-{number + 1}" if len(opened) > 1 else ""
-        explorer.screenshot(request.node.name + suffix)
+        photograph_failure(explorer, request, f"-{number + 1}")
         explorer.close()
     assert [error for explorer in opened for error in explorer.console_errors] == []
 
 
+@pytest.fixture(scope="module")
+def window(browser: Browser, app: App) -> Iterator[tuple[ExplorerPage, Pose]]:
+    """One window of 1280x720 for a module, and how the robot stands in it."""
+    explorer = ExplorerPage.open(browser, app.url)
+    explorer.until(lambda: explorer.part("part.robots.unsettled") == 0, "the robot does not rest")
+    yield explorer, explorer.pose()
+    explorer.close()
+
+
 @pytest.fixture
-def explorer(open_explorer: Open) -> ExplorerPage:
-    """A window of 1280x720 with the app in it, ready."""
-    return open_explorer()
+def explorer(
+    window: tuple[ExplorerPage, Pose], request: pytest.FixtureRequest
+) -> Iterator[ExplorerPage]:
+    """The module's window with the document that it opened with; no test may log an error."""
+    explorer, pose = window
+    explorer.start_over(pose)
+    yield explorer
+    photograph_failure(explorer, request)
+    errors, explorer.console_errors[:] = explorer.console_errors[:], []
+    assert errors == []
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, Any]:
+    report = yield
+    if report.when == "call":
+        item.stash[FAILED] = report.failed
+    return report
+
+
+def photograph_failure(
+    explorer: ExplorerPage, request: pytest.FixtureRequest, suffix: str = ""
+) -> None:
+    """Keep a picture of the page on which a test has failed among the artefacts."""
+    if request.node.stash.get(FAILED, False):
+        explorer.screenshot(re.sub(r"[^\w-]+", "-", request.node.name).strip("-") + suffix)

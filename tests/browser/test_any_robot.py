@@ -11,8 +11,6 @@ from explorer_page import Open, agree
 from rnnpb_explorer.app.page.server import App, start
 from rnnpb_explorer.core.motion import format_motion
 
-ROBOT, SECOND = "/robot-0", "/robot-1"
-
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
@@ -25,17 +23,23 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
 def test_two_models_of_an_arm_are_compared_and_one_recognises(
     arm: App, open_explorer: Open
 ) -> None:
-    explorer = open_explorer(url=arm.url)
+    explorer = open_explorer(arm.url)
     explorer.tab("Robot")
     explorer.text("4 of the 5 joints of the model").wait_for()
     explorer.click("Pause")
     explorer.tab("Explore")
-    bent, other = explorer.still_poses(ROBOT), explorer.still_poses(SECOND)
-    assert [explorer.label(f"/names/{spot}") for spot in (0, 1)] == ["zero", "deterministic"]
+    explorer.wait_for("part.robots.unsettled === 0")
+    bent, other = explorer.pose(), explorer.pose(1)
+    assert explorer.names() == ["zero", "deterministic"]
     with explorer.landscape_follows():
         explorer.set_value("μ 1", explorer.value("μ 1") - 5)  # beyond the landscape's window
-    assert not agree(explorer.still_poses(ROBOT), bent), "the arm does not move"
-    assert agree(explorer.still_poses(SECOND), other), "the other model's arm moves, too"
+    assert not agree(explorer.pose(), bent), "the arm does not move"
+    assert agree(explorer.pose(1), other), "the other model's arm moves, too"
+    explorer.screenshot("two-arms")
+    explorer.choose("Model", "deterministic")
+    explorer.wait_for("part.map.shown.title === 'deterministic'")
+    explorer.set_value("μ 1", explorer.value("μ 1") - 5)
+    explorer.until(lambda: not agree(explorer.pose(1), other), "the other model's arm stays")
     explorer.tab("Recognise")
     explorer.upload("new.csv", format_motion(recording("new", 0.5)).encode())
     explorer.set_value("Iterations", 20)

@@ -10,13 +10,14 @@ from urllib.parse import urlsplit
 
 import pytest
 import viser
-from explorer_page import TIMEOUT_MS, ExplorerPage, Open
-from playwright.sync_api import Browser, BrowserContext, Page
+from explorer_page import ExplorerPage
+from playwright.sync_api import Browser, BrowserContext, Page, expect
+from web_page import TIMEOUT_MS
 
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
 from rnnpb_explorer.app.page.uploads import TOO_LARGE
 
-TABS = ("Explore", "Joints", "Recognise", "Robot", "View", "Help")
+TABS = ("Explore", "Recognise", "Robot", "View", "Help")
 PROTOCOL = f"viser-v{viser.__version__}"
 # Each answers with what the page got: "in", or "kept out".
 SOCKET = """([url, protocol]) => new Promise((done) => {
@@ -118,9 +119,8 @@ def test_a_course_page_that_was_named_embeds_it(site: str, context: BrowserConte
         running.stop()
 
 
-def test_the_page_breaks_no_rule_of_its_own(open_explorer: Open) -> None:
+def test_the_page_breaks_no_rule_of_its_own(explorer: ExplorerPage) -> None:
     """Every tab, curves and canvases included; a broken rule is an error in the console."""
-    explorer = open_explorer()
     for tab in TABS:
         explorer.tab(tab)
     assert explorer.console_errors == []
@@ -190,5 +190,5 @@ def test_a_file_that_is_too_large_is_refused_on_the_page(explorer: ExplorerPage)
     explorer.tab("Recognise")
     explorer.upload("large.csv", b"1" * 9_000_000)
     explorer.alert(TOO_LARGE).wait_for()
-    explorer.wait_for(explorer.button("Upload a motion").is_enabled, "the button stays busy")
+    expect(explorer.button("Upload a motion")).to_be_enabled()
     assert explorer.page.get_by_role("alert").filter(has_text="Uploading").count() == 0

@@ -1,97 +1,84 @@
-"""Moving the latent by hand: puck, slider, click; the motion and the landscape follow."""
+"""Moving the latent by hand: puck, slider, click, key; the motion and the landscape follow."""
 
 from __future__ import annotations
 
 import pytest
-from explorer_page import ExplorerPage, agree, differing
-
-from rnnpb_explorer.app.page.stage import BOARD_SIZE
-
-ROBOT = "/robot-0"
-MAP, LANDSCAPE = "/boards/map", "/boards/landscape"
+from explorer_page import ExplorerPage, agree
 
 
-def sliders(explorer: ExplorerPage) -> list[float]:
-    return [explorer.value(f"μ {dim}") for dim in (1, 2, 3, 4)]
+def moved(explorer: ExplorerPage, board: str, x: float, y: float) -> None:
+    """Drag a board's puck by so many pixels, and wait until the server has heard of it."""
+    start = explorer.puck(board)
+    end = start[0] + x, start[1] + y
+    explorer.drag(start, end)
+    explorer.wait_heard()
+    assert explorer.puck(board) == pytest.approx(end, abs=2)
 
 
-def test_dragging_the_puck_changes_pose_and_landscape(explorer: ExplorerPage) -> None:
-    pose, values, before = explorer.poses(ROBOT), sliders(explorer), explorer.still_pixels()
-    puck = explorer.position(f"{MAP}-puck")
-    target = puck[0] - 30, puck[1] - 25
+def test_dragging_on_the_map_moves_mu_pose_and_landscape(explorer: ExplorerPage) -> None:
+    pose, mu, landscape = explorer.pose(), explorer.mu(), explorer.puck("landscape")
     with explorer.landscape_follows():
-        explorer.drag(puck, target)
-    assert not agree(explorer.still_poses(ROBOT), pose), "the robot does not follow the puck"
-    assert explorer.position(f"{MAP}-puck") == pytest.approx(target, abs=3)
-    assert sliders(explorer) != pytest.approx(values, abs=0.02)
-    after = explorer.still_pixels()
-    landscape = explorer.region(LANDSCAPE, BOARD_SIZE)
-    assert differing(before[landscape], after[landscape]).mean() > 0.02
+        moved(explorer, "map", -30, -25)
+    explorer.until(lambda: not agree(explorer.pose(), pose), "the robot does not follow the puck")
+    assert explorer.mu() != pytest.approx(mu, abs=0.02)
+    assert explorer.puck("landscape") != pytest.approx(landscape, abs=2)
 
 
 def test_dragging_on_the_landscape_moves_its_two_components_only(explorer: ExplorerPage) -> None:
-    pose, values = explorer.poses(ROBOT), sliders(explorer)
-    map_puck = explorer.position(f"{MAP}-puck")
-    puck = explorer.position(f"{LANDSCAPE}-puck")
-    target = puck[0] + 35, puck[1] - 20
-    explorer.drag(puck, target)
-    explorer.wait_for(
-        lambda: explorer.position(f"{LANDSCAPE}-puck") == pytest.approx(target, abs=3),
-        "the puck is not where it was dragged to",
-    )
-    assert not agree(explorer.still_poses(ROBOT), pose), "the robot does not follow the puck"
-    moved = sliders(explorer)
-    assert moved[0] > values[0] + 0.05
-    assert moved[1] > values[1] + 0.02
-    assert moved[2:] == values[2:]
-    assert explorer.position(f"{MAP}-puck") != pytest.approx(map_puck, abs=2)
+    pose, mu, on_map = explorer.pose(), explorer.mu(), explorer.puck("map")
+    moved(explorer, "landscape", 35, -20)
+    explorer.until(lambda: not agree(explorer.pose(), pose), "the robot does not follow the puck")
+    explorer.until(lambda: explorer.mu()[1] > mu[1] + 0.02, "the sliders do not follow")
+    assert explorer.mu()[0] > mu[0] + 0.05
+    assert explorer.mu()[2:] == mu[2:]
+    assert explorer.puck("map") != pytest.approx(on_map, abs=2)
 
 
-@pytest.mark.parametrize("board", [MAP, LANDSCAPE])
-def test_a_slow_drag_draws_every_frame_of_its_way(explorer: ExplorerPage, board: str) -> None:
-    """While the button is held, viser draws an arrow of its own, which broke the page once.
-
-    It is there where one drags the board, not the puck. The fixture asserts that the page has
-    logged no error.
-    """
-    x, y = explorer.position(board)
-    start, end = (x + 40, y + 20), (x + 15, y + 40)
-    explorer.drag(start, end, steps=4, held=explorer.draw_drag_arrow)
-    explorer.wait_for(
-        lambda: explorer.position(f"{board}-puck") == pytest.approx(end, abs=3),
-        "the puck is not where it was dragged to",
-    )
+def test_a_click_on_a_point_selects_its_motion(explorer: ExplorerPage) -> None:
+    pose, name = explorer.pose(), "Fearful_1"
+    index = explorer.part("part.map.shown.names").index(name)
+    point = explorer.part(f"[...part.map.shown.points.data.slice({2 * index}, {2 * index + 2})]")
+    with explorer.landscape_follows():
+        explorer.page.mouse.click(*explorer.pixel("map", point))
+    assert explorer.told("map", "selected") == f"Selected motion: {name}"
+    assert explorer.told("landscape", "target").startswith(f"Compared with {name} ")
+    assert explorer.field("Motion").input_value() == name
+    assert explorer.part("[...part.map.puck]") == pytest.approx(point, abs=1e-3)
+    assert not agree(explorer.pose(), pose)
 
 
 def test_a_slider_moves_the_puck_and_the_landscape(explorer: ExplorerPage) -> None:
-    pucks = [explorer.position(f"{board}-puck") for board in (MAP, LANDSCAPE)]
-    before = explorer.still_pixels()
+    on_map, on_landscape = explorer.puck("map"), explorer.puck("landscape")
     with explorer.landscape_follows():
-        explorer.set_value("μ 3", sliders(explorer)[2] + 0.6)
-    assert explorer.position(f"{MAP}-puck") != pytest.approx(pucks[0], abs=2)
+        explorer.set_value("μ 3", explorer.mu()[2] + 0.6)
+    assert explorer.puck("map") != pytest.approx(on_map, abs=2)
     # The third component is not on the landscape's axes: its puck stays, its colours change.
-    assert explorer.position(f"{LANDSCAPE}-puck") == pytest.approx(pucks[1], abs=1)
-    after = explorer.still_pixels()
-    landscape = explorer.region(LANDSCAPE, BOARD_SIZE)
-    assert differing(before[landscape], after[landscape]).mean() > 0.02
+    assert explorer.puck("landscape") == pytest.approx(on_landscape, abs=1)
 
 
 def test_sigma_with_noise_moves_the_robot_but_not_the_puck(explorer: ExplorerPage) -> None:
+    still, puck = explorer.pose(), explorer.puck("map")
     explorer.click("New")
-    pose, puck = explorer.still_poses(ROBOT), explorer.position(f"{MAP}-puck")
+    explorer.until(lambda: not agree(explorer.pose(), still), "the robot ignores the noise")
+    noisy = explorer.pose()
     for dim in (1, 2, 3, 4):
         explorer.set_value(f"σ {dim}", 0.9)
-    explorer.wait_for(lambda: not agree(explorer.poses(ROBOT), pose), "the robot ignores σ")
-    assert explorer.position(f"{MAP}-puck") == pytest.approx(puck, abs=1)
+    explorer.until(lambda: not agree(explorer.pose(), noisy), "the robot ignores σ")
+    assert explorer.puck("map") == pytest.approx(puck, abs=1)
+    explorer.click("None")
+    explorer.until(lambda: agree(explorer.pose(), still), "without noise it is another motion")
 
 
-def test_undo_takes_a_whole_drag_back(explorer: ExplorerPage) -> None:
-    values, pose = sliders(explorer), explorer.poses(ROBOT)
-    x, y = explorer.position(f"{MAP}-puck")
-    explorer.drag((x, y), (x + 40, y + 10))
-    explorer.wait_for(
-        lambda: not agree(explorer.poses(ROBOT), pose), "the robot does not follow the puck"
-    )
-    explorer.click("Undo")
-    explorer.wait_for(lambda: sliders(explorer) == values, "undo does not bring μ back")
-    explorer.wait_for(lambda: agree(explorer.poses(ROBOT), pose), "undo leaves the robot away")
+def test_undo_and_redo_by_key_take_a_whole_drag(explorer: ExplorerPage) -> None:
+    mu, pose = explorer.mu(), explorer.pose()
+    moved(explorer, "map", 40, 10)
+    explorer.until(lambda: not agree(explorer.pose(), pose), "the robot does not follow the puck")
+    explorer.until(lambda: explorer.mu() != mu, "the sliders do not follow")
+    puck = explorer.puck("map")
+    for _ in range(2):
+        explorer.press("z")
+        explorer.until(lambda: explorer.mu() == mu, "undo does not bring μ back")
+        explorer.until(lambda: agree(explorer.pose(), pose), "undo leaves the robot away")
+        explorer.press("y")
+        explorer.until(lambda: explorer.puck("map") == puck, "redo does not bring the puck back")
+    explorer.until(lambda: not agree(explorer.pose(), pose), "redo leaves the robot away")

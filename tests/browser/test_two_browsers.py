@@ -1,46 +1,38 @@
-"""Two browsers at once, or two windows of one: neither sees what the other does."""
+"""Two tabs of a browser: neither sees what the other does, and each comes back as it was."""
 
 from __future__ import annotations
 
 import pytest
-from explorer_page import Open, agree, differing
+from explorer_page import ExplorerPage, agree
 
-ROBOT = "/robot-0"
+from rnnpb_explorer.app.page.server import App
 
 
-def test_two_browsers_do_not_disturb_each_other(open_explorer: Open) -> None:
-    first, second = open_explorer(), open_explorer()
-    pose, pixels = second.still_poses(ROBOT), second.still_pixels()
-    value = second.value("μ 2")
-    first_pose = first.still_poses(ROBOT)
+def test_two_tabs_are_two_sessions(app: App, explorer: ExplorerPage) -> None:
+    other = explorer.another()
+    pose, mu, puck = other.pose(), other.mu(), other.puck("map")
 
-    x, y = first.position("/boards/map-puck")
-    with first.landscape_follows():
-        first.drag((x, y), (x - 40, y + 15))
-    assert not agree(first.still_poses(ROBOT), first_pose)
-
+    start = explorer.puck("map")
+    with explorer.landscape_follows():
+        explorer.drag(start, (start[0] - 40, start[1] + 15))
+    assert not agree(explorer.pose(), pose)
     # Whatever the first one did would have arrived by the time this answer has.
-    second.tab("View")
-    second.tab("Explore")
-    assert agree(second.still_poses(ROBOT), pose)
-    assert second.value("μ 2") == value
-    assert not differing(pixels, second.still_pixels()).any()
+    other.tab("View")
+    other.tick("Uncertainty", True)
+    other.wait_for("part.robots.robots[0].ghosts > 0")
+    assert agree(other.pose(), pose)
+    assert other.mu() == mu
+    assert other.puck("map") == puck
+    assert explorer.part("part.robots.robots[0].ghosts") == 0
 
-    # One leaves; the other goes on.
-    first.page.goto("about:blank")
-    second.set_value("μ 2", value + 0.5)
-    second.wait_for(
-        lambda: not agree(second.poses(ROBOT), pose), "the second robot does not follow"
-    )
+    there = explorer.told("map", "puck")
+    explorer.reload(app)
+    explorer.wait_for("part.map.state !== null")
+    assert explorer.told("map", "puck") == there
+    assert explorer.value("μ 2") != pytest.approx(mu[1], abs=0.01)
 
-
-def test_two_windows_of_a_browser_come_back_as_each_was(open_explorer: Open) -> None:
-    first = open_explorer()
-    second = first.another()
-    for window, value in ((first, 0.25), (second, 0.75)):
-        with window.landscape_follows():
-            window.set_value("μ 3", value)
-    for window, value in ((first, 0.25), (second, 0.75)):
-        window.reload()
-        assert window.value("μ 3") == pytest.approx(value, abs=0.01)
-    assert second.console_errors == []
+    explorer.page.goto("about:blank")  # one leaves; the other goes on
+    other.tab("Explore")
+    other.set_value("μ 2", mu[1] + 0.5)
+    other.until(lambda: not agree(other.pose(), pose), "the other robot does not follow")
+    assert other.console_errors == []

@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from explorer_page import ARTIFACTS, TIMEOUT_MS
 from playwright.sync_api import Browser, CDPSession, Page
 
+TIMEOUT_MS = 60_000  # software rendering on a busy machine; only a failing test waits so long
+ARTIFACTS = Path(__file__).parents[2] / "test-artifacts"
 DEMO = Path(__file__).with_name("web_demo.py")
 Point = tuple[float, float]
 
@@ -74,48 +75,22 @@ class Server:
 
 
 @dataclass
-class WebPage:
-    """One window."""
+class Window:
+    """One window with the browser's part in it, whatever server is behind it."""
 
     page: Page
-    server: Server
     console_errors: list[str] = field(default_factory=list)
-    _since: int = 0
 
-    @classmethod
-    def open(
-        cls,
-        browser: Browser,
-        server: Server,
-        size: tuple[int, int] = (1280, 720),
-        *,
-        resolution: float = 0.5,
-        ready: bool = True,
-        init: str | None = None,
-        **context: Any,
-    ) -> WebPage:
-        """A window of its own, ready unless said otherwise.
+    def go(self, url: str, resolution: float) -> None:
+        """Open an address and note all errors from then on.
 
         Args:
             resolution: pixels of the canvas for one of the page.
-            init: JavaScript that runs before the page's own.
         """
-        opened = browser.new_context(viewport={"width": size[0], "height": size[1]}, **context)
-        opened.set_default_timeout(TIMEOUT_MS)
-        if init:
-            opened.add_init_script(init)
-        web = cls(opened.new_page(), server, _since=len(server.said))
-        web.page.on("console", lambda m: m.type == "error" and web.console_errors.append(m.text))
-        web.page.on("pageerror", lambda error: web.console_errors.append(str(error)))
-        web.page.goto(f"http://127.0.0.1:{server.port}?fixedDpr={resolution}")
-        web.page.add_style_tag(content="#webgl-software-rendering { display: none }")
-        if ready:
-            web.wait_ready()
-        return web
-
-    def wait_ready(self) -> None:
-        self.page.wait_for_function("() => window.rnnpb?.part.landscape.shown?.complete")
-        self.wait_for("part.playback.clock.frames > 1 && part.map.puck !== null")
+        self.page.on("console", lambda m: m.type == "error" and self.console_errors.append(m.text))
+        self.page.on("pageerror", lambda error: self.console_errors.append(str(error)))
+        self.page.goto(f"{url}?fixedDpr={resolution}")
+        self.page.add_style_tag(content="#webgl-software-rendering { display: none }")
 
     def close(self) -> None:
         self.page.context.close()
@@ -148,13 +123,6 @@ class WebPage:
         found: dict[str, list[float]] = self.page.evaluate(_POSES, "/robot/")
         return found
 
-    def asked(self, kind: str) -> list[dict[str, Any]]:
-        """What this page has asked since it was opened or `forget` was called."""
-        return [one for one in self.server.said[self._since :] if one.get("type") == kind]
-
-    def forget(self) -> None:
-        self._since = len(self.server.said)
-
     # --- what one does ---
     def drag(self, start: Point, end: Point, steps: int = 6) -> None:
         mouse = self.page.mouse
@@ -178,6 +146,66 @@ class WebPage:
             f"() => {{ const {{ part }} = window.rnnpb; return {expression}; }}"
         )
 
+    def wait_heard(self) -> None:
+        """Until the server has answered the last move."""
+        self.wait_for(
+            "part.map.state.heard >= Math.max(part.map.moves.number, part.landscape.moves.number)"
+        )
+
+
+def new_page(
+    browser: Browser, size: tuple[int, int], init: str | None = None, **context: Any
+) -> Page:
+    """A page that shares nothing with others.
+
+    Args:
+        init: JavaScript that runs before the page's own.
+    """
+    opened = browser.new_context(viewport={"width": size[0], "height": size[1]}, **context)
+    opened.set_default_timeout(TIMEOUT_MS)
+    if init:
+        opened.add_init_script(init)
+    return opened.new_page()
+
+
+@dataclass
+class WebPage(Window):
+    """One window, and what it asked the server of `web_demo.py`."""
+
+    server: Server = field(kw_only=True)
+    _since: int = 0
+
+    @classmethod
+    def open(
+        cls,
+        browser: Browser,
+        server: Server,
+        size: tuple[int, int] = (1280, 720),
+        *,
+        resolution: float = 0.5,
+        ready: bool = True,
+        init: str | None = None,
+        **context: Any,
+    ) -> WebPage:
+        """A window of its own, ready unless said otherwise."""
+        page = new_page(browser, size, init, **context)
+        web = cls(page, server=server, _since=len(server.said))
+        web.go(f"http://127.0.0.1:{server.port}", resolution)
+        if ready:
+            web.wait_ready()
+        return web
+
+    def wait_ready(self) -> None:
+        self.page.wait_for_function("() => window.rnnpb?.part.landscape.shown?.complete")
+        self.wait_for("part.playback.clock.frames > 1 && part.map.puck !== null")
+
+    def asked(self, kind: str) -> list[dict[str, Any]]:
+        """What this page has asked since it was opened or `forget` was called."""
+        return [one for one in self.server.said[self._since :] if one.get("type") == kind]
+
+    def forget(self) -> None:
+        self._since = len(self.server.said)
+
     def wait_asked(self, kind: str, count: int = 1) -> list[dict[str, Any]]:
         """Until the page has asked this so many times."""
         for _ in range(TIMEOUT_MS // 50):
@@ -185,9 +213,3 @@ class WebPage:
                 return found
             self.page.wait_for_timeout(50)
         raise AssertionError(f"the page has not asked {kind} {count} times")
-
-    def wait_heard(self) -> None:
-        """Until the server has answered the last move."""
-        self.wait_for(
-            "part.map.state.heard >= Math.max(part.map.moves.number, part.landscape.moves.number)"
-        )
