@@ -143,8 +143,10 @@ class WireBrowser:
     def wait_for_all(self) -> None:
         """Wait until both boards and the robot are there, the landscape complete."""
         self.wait_for(
-            lambda: "MotionShown 0" in self.shown
-            and self.shown.get("LandscapeShown", {}).get("complete") is True
+            lambda: (
+                "MotionShown 0" in self.shown
+                and self.shown.get("LandscapeShown", {}).get("complete") is True
+            )
         )
 
     def widget(self, label: str) -> dict[str, Any]:

@@ -446,6 +446,7 @@ def test_a_reload_brings_the_same_screen_back(open_browser: Open, target: Motion
     browser.set("μ 1", 0.125)
     browser.set("Warm start", "baseline: μ = 0")
     until(session, lambda picture: picture.document.recognition.init == "baseline")
+    until(session, lambda picture: picture.document.target is not None)
     until(session, lambda picture: mu(picture)[0] == 0.125 and complete(picture))
     tab, before = kept(browser, session), session.document
     browser.leave()
