@@ -1,4 +1,4 @@
-"""Pepper on the screen: it moves, with its uncertainty and its limits; what leaves for a real one."""
+"""Pepper on the screen: it moves, with its uncertainty and limits; what leaves for a real one."""
 
 from __future__ import annotations
 
