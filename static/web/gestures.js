@@ -6,9 +6,11 @@
  * zooms, other mouse buttons pan.
  */
 
+import { pageScale } from "./page.js";
+
 /** @typedef {import("./scales.js").Point} Point */
 /**
- * @typedef {object} Hands pixels are CSS pixels in the element
+ * @typedef {object} Hands pixels are those that the element is drawn in
  * @property {(at: Point, touch: boolean) => boolean} grabs whether something is held there
  * @property {(at: Point, event: PointerEvent) => void} start of a drag
  * @property {(at: Point, event: PointerEvent) => void} drag
@@ -48,13 +50,15 @@ export class Gestures {
     target.addEventListener("lostpointercapture", (event) => this.cancel(event));
     target.addEventListener("pointerleave", () => hands.hover(null));
     target.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    target.addEventListener("keydown", () => target.classList.remove("rb-by-hand"));
     target.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
   /** @param {MouseEvent} event @returns {Point} */
   at(event) {
     const box = this.target.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+    const scale = pageScale();
+    return [(event.clientX - box.left) / scale, (event.clientY - box.top) / scale];
   }
 
   /** @param {PointerEvent} event */
@@ -62,6 +66,7 @@ export class Gestures {
     const at = this.at(event);
     this.fingers.set(event.pointerId, at);
     this.target.setPointerCapture(event.pointerId);
+    this.target.classList.add("rb-by-hand"); // no ring round what a hand is on
     this.target.focus({ preventScroll: true });
     event.preventDefault();
     event.stopPropagation();

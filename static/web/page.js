@@ -40,14 +40,20 @@ export function onSchemeChange(callback) {
   });
 }
 
+const FULL_HEIGHT = 1080; // CSS pixels of a window in which everything has its own size
+const MOST_SCALE = 2;
+
+/** How much larger all is drawn in a very large window, where CSS pixels are small. */
+export const pageScale = () => Math.min(Math.max(innerHeight / FULL_HEIGHT, 1), MOST_SCALE);
+
 /**
  * A canvas as large as its parent and as sharp as the screen, drawn once a frame at most.
  */
 export class Surface {
   /**
    * @param {HTMLElement} parent
-   * @param {(context: CanvasRenderingContext2D, width: number, height: number) => void} draw in CSS
-   *   pixels, on a clear canvas
+   * @param {(context: CanvasRenderingContext2D, width: number, height: number) => void} draw on a
+   *   clear canvas, in units of `pageScale` CSS pixels
    */
   constructor(parent, draw) {
     this.canvas = element("canvas", { "aria-hidden": "true" });
@@ -71,11 +77,12 @@ export class Surface {
   draw() {
     this.asked = false;
     const ratio = window.devicePixelRatio || 1;
-    this.width = this.parent.clientWidth;
-    this.height = this.parent.clientHeight;
-    if (this.width < 2 || this.height < 2) return;
-    const wide = Math.round(this.width * ratio);
-    const high = Math.round(this.height * ratio);
+    const { clientWidth, clientHeight } = this.parent;
+    if (clientWidth < 2 || clientHeight < 2) return;
+    this.width = clientWidth / pageScale();
+    this.height = clientHeight / pageScale();
+    const wide = Math.round(clientWidth * ratio);
+    const high = Math.round(clientHeight * ratio);
     if (this.canvas.width !== wide) this.canvas.width = wide;
     if (this.canvas.height !== high) this.canvas.height = high;
     const context = this.canvas.getContext("2d");

@@ -1,5 +1,7 @@
 /** How the browser's part looks; colours of what the canvases draw are in colors.js. */
 
+import { pageScale } from "./page.js";
+
 const SHEET = `
 :root {
   --rb-text: #2b3440; --rb-quiet: #66707c; --rb-surface: var(--mantine-color-body, #fff); --rb-raised: #f4f6f8;
@@ -23,6 +25,7 @@ const SHEET = `
   position: relative; display: flex; flex-direction: column; height: 100%; width: 100%;
   container-type: size; padding: 2px 6px 0; gap: 2px;
 }
+.rb-head, .rb-legend, .rb-tip, .rb-mark, .rb-timebar .rb-row { zoom: var(--rb-scale, 1); }
 .rb-head { display: flex; align-items: center; gap: 8px; min-height: 24px; }
 .rb-title { font-weight: 650; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
 .rb-readout { color: var(--rb-quiet); white-space: nowrap; }
@@ -39,6 +42,7 @@ const SHEET = `
 .rb-plot:focus-visible, .rb-curves:focus-visible {
   outline: 2px solid var(--rb-accent); outline-offset: 1px;
 }
+.rb-plot.rb-by-hand:focus-visible { outline: none; }
 .rb-chip[hidden], .rb-mark[hidden], .rb-tip[hidden], .rb-notice[hidden], .rb-phone[hidden] {
   display: none;
 }
@@ -83,9 +87,14 @@ const SHEET = `
 .rb-numbers .rb-stage, .rb-numbers .rb-note { grid-column: 1 / 3; }
 .rb-numbers .rb-note { color: var(--rb-quiet); }
 .rb-stage[data-complete=false] { color: var(--rb-warning); }
+@container (max-aspect-ratio: 3/4) {
+  .rb-map .rb-plot { flex: 0 1 auto; aspect-ratio: 9/10; }
+  .rb-map .rb-legend { max-height: none; flex: 0 1 auto; }
+}
 @container (min-height: 400px) { .rb-map .rb-legend { max-height: 106px; } }
 @container (max-aspect-ratio: 10/11) {
   .rb-landscape .rb-body { flex-direction: column; }
+  .rb-landscape .rb-plot { flex: 0 1 auto; aspect-ratio: 1; }
   .rb-landscape .rb-legend { width: auto; flex-direction: row; gap: 18px; padding: 0 4px 6px 34px; overflow: hidden; }
   .rb-landscape .rb-key { height: auto; }
   .rb-landscape .rb-numbers { display: flex; flex-wrap: wrap; align-content: center; gap: 2px 6px; }
@@ -135,4 +144,7 @@ export function installStyle(dark, onChange) {
   const set = () => document.documentElement.toggleAttribute("data-rb-dark", dark());
   set();
   onChange(set);
+  const scale = () => document.documentElement.style.setProperty("--rb-scale", String(pageScale()));
+  scale();
+  addEventListener("resize", scale);
 }

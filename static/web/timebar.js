@@ -5,7 +5,7 @@ import { theme } from "./colors.js";
 import { drawCurves, rangeOf } from "./curves.js";
 import { envelope } from "./motion.js";
 import { SEND_MS } from "./moves.js";
-import { element, isDark, onSchemeChange, Surface, say } from "./page.js";
+import { element, isDark, onSchemeChange, pageScale, Surface, say } from "./page.js";
 import { clamp, formatted } from "./scales.js";
 
 /** @typedef {import("./messages.js").CurvesShown} CurvesShown */
@@ -131,7 +131,12 @@ export class TimeBar {
   }
 
   // --- hands ---
-  /** @param {number} x CSS pixels in the plot @returns {number} share of the whole */
+  /** Pixels from the plot's left edge. @param {PointerEvent} event */
+  across(event) {
+    return (event.clientX - this.plot.getBoundingClientRect().left) / pageScale();
+  }
+
+  /** @param {number} x pixels in the plot @returns {number} share of the whole */
   shareAt(x) {
     return clamp((x - EDGE) / Math.max(this.surface.width - 2 * EDGE, 1), 0, 1);
   }
@@ -147,7 +152,7 @@ export class TimeBar {
   /** @param {PointerEvent} event */
   press(event) {
     if (event.button > 0) return;
-    const x = event.clientX - this.plot.getBoundingClientRect().left;
+    const x = this.across(event);
     const end = this.observedEnd;
     const handle = end === null ? null : EDGE + end * (this.surface.width - 2 * EDGE);
     const onHandle = handle !== null && Math.abs(x - handle) <= HANDLE_REACH;
@@ -158,7 +163,7 @@ export class TimeBar {
 
   /** @param {PointerEvent} event */
   move(event) {
-    const x = event.clientX - this.plot.getBoundingClientRect().left;
+    const x = this.across(event);
     const share = this.shareAt(x);
     const { frames } = this.playback.clock;
     if (this.holding === "time") this.playback.seek(share * (frames - 1));

@@ -470,8 +470,13 @@ def test_all_of_it_is_on_the_screen_and_crisp(open_web: OpenWeb, size: tuple[int
         assert plot["height"] >= 200
         assert plot["x"] >= 0
         assert plot["y"] + plot["height"] <= size[1]
-        ratio = web.part(f"part.{board}.surface.canvas.width / part.{board}.surface.width")
+        canvas = f"part.{board}.surface.canvas"
+        ratio = web.part(f"{canvas}.width / {canvas}.clientWidth")
         assert ratio == pytest.approx(2 if phone else 1, abs=0.01)
+    at = web.pixel("map", ELSEWHERE)
+    web.drag(web.pixel("map", tuple(web.part("part.map.puck"))), at)
+    web.wait_heard()
+    assert place(web.told("map", "puck"))[:2] == pytest.approx(ELSEWHERE, abs=0.02)
     bar = web.page.locator(".rb-timebar").bounding_box()
     canvas = web.page.locator("canvas[data-engine]").bounding_box()
     assert bar is not None

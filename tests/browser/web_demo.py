@@ -66,6 +66,7 @@ class Session:
         self.sigma = demo.sigma[MOTION].copy()
         self.ghosts = False
         self.dark = False
+        self.panels: list[viser.PanelHandle] = []
         for k, board in enumerate(("map", "landscape")):
             panel = client.gui.add_panel()
             if k == 0:
@@ -73,6 +74,7 @@ class Session:
                 first = panel
             else:
                 panel.dock_below(first)
+            self.panels.append(panel)
             panel.set_width(380)
             tab = panel.add_tab("Map" if k == 0 else "Landscape")
             with tab:
@@ -112,6 +114,8 @@ class Session:
                 if asked.document:
                     kept = json.loads(asked.document)
                     self.motion, self.mu = kept["motion"], np.array(kept["mu"])
+                for panel in self.panels:
+                    panel.set_width(max(380, round(0.24 * asked.page_width)))
                 self.frame_camera(asked.width / max(asked.height, 1))
                 self.show_all()
                 return

@@ -22,10 +22,10 @@ Point = tuple[float, float]
 _PIXEL = """([board, [x, y]]) => {
     const { view, parts } = window.rnnpb.part[board];
     const at = parts.plot.getBoundingClientRect();
-    const { extent, box } = view;
+    const { extent, box } = view, scale = at.width / window.rnnpb.part[board].surface.width;
     return [
-        at.x + box.left + (x - extent.left) / (extent.right - extent.left) * box.width,
-        at.y + box.top + (extent.top - y) / (extent.top - extent.bottom) * box.height,
+        at.x + scale * (box.left + (x - extent.left) / (extent.right - extent.left) * box.width),
+        at.y + scale * (box.top + (extent.top - y) / (extent.top - extent.bottom) * box.height),
     ];
 }"""
 _POSES = """(prefix) => Object.fromEntries(
