@@ -37,7 +37,8 @@ from .views import (
 )
 
 PANEL_WIDTH = 320  # pixels
-BOARDS_WIDTH = 380
+BOARDS_WIDTH = 380  # at least
+BOARDS_SHARE = 0.25  # of a page's width
 # Five tabs in one row of so narrow a panel.
 NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
 Send = Callable[[do.Intent], None]
@@ -66,7 +67,8 @@ class Screen:
     # --- building ---
     def _build_boards(self) -> None:
         gui = self._client.gui
-        map_panel, landscape_panel = gui.add_panel(), gui.add_panel()
+        self._boards = map_panel = gui.add_panel()
+        landscape_panel = gui.add_panel()
         map_panel.dock_left()
         landscape_panel.dock_below(map_panel)
         map_panel.set_width(BOARDS_WIDTH)
@@ -230,7 +232,12 @@ class Screen:
         """Write the state code where a person can copy it."""
         self._view.show_code(code)
 
-    # --- the camera ---
+    # --- the page's size ---
+    def fit(self, page_width: int) -> None:
+        """Give the boards their share of a large screen; a person may change it from then on."""
+        if (width := int(page_width * BOARDS_SHARE)) > BOARDS_WIDTH:
+            self._boards.set_width(width)
+
     def fold(self) -> None:
         """Fold the panels away: on a phone they would cover the boards."""
         self._client.gui.main_panel.minimize()

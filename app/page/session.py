@@ -180,6 +180,8 @@ class Session:
         screen.resized(hello.width, hello.height)
         if hello.page_width <= PHONE_WIDTH:
             screen.fold()
+        else:
+            screen.fit(hello.page_width)
         if hello.document:
             self._tab = decode(self._facts, hello.document)
             self._history = History(self._tab)

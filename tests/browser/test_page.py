@@ -124,7 +124,7 @@ def test_a_server_that_was_started_again_gets_the_document_back(open_explorer: O
 
         explorer.until(back, "the document is not back")
         explorer.until(lambda: explorer.told("landscape", "numbers") == numbers, "no landscape")
-        assert agree(explorer.pose(), pose)
+        assert agree(explorer.pose(), pose), "a page that was paused does not go on playing"
         explorer.press("p")
         explorer.until(lambda: not agree(explorer.pose(), pose), "the page does not live on")
     finally:
