@@ -72,6 +72,7 @@ class Screen:
         map_panel.dock_left()
         landscape_panel.dock_below(map_panel)
         map_panel.set_width(BOARDS_WIDTH)
+        self._boards_width = BOARDS_WIDTH
         with map_panel.add_tab("PB map"):
             gui.add_html(board_html("map"))
         with landscape_panel.add_tab("Correlation landscape"):
@@ -233,17 +234,16 @@ class Screen:
         self._view.show_code(code)
 
     # --- the page's size ---
-    def fit(self, page_width: int) -> None:
-        """Give the boards their share of a large screen; a person may change it from then on."""
-        if (width := int(page_width * BOARDS_SHARE)) > BOARDS_WIDTH:
-            self._boards.set_width(width)
-
     def fold(self) -> None:
         """Fold the panels away: on a phone they would cover the boards."""
         self._client.gui.main_panel.minimize()
 
-    def resized(self, width: int, height: int) -> None:
-        """The canvas has another shape; everything is shown again, if it was before."""
+    def resized(self, width: int, height: int, page_width: int) -> None:
+        """Page or canvas have another size: frame the robots anew, give the boards their share."""
+        share = max(BOARDS_WIDTH, int(page_width * BOARDS_SHARE))
+        if share != self._boards_width:  # else a person's own width stays
+            self._boards_width = share
+            self._boards.set_width(share)
         aspect = width / max(height, 1)
         if abs(aspect - self.aspect) > 0.005:
             self.aspect = aspect

@@ -127,6 +127,8 @@ class Robot {
       made.opacity = GHOST_OPACITY;
       made.depthWrite = false;
       made.color?.setRGB(...GHOST_COLOR, "srgb");
+      // What stands where the solid robot stands is behind it: only what differs is seen.
+      [made.polygonOffset, made.polygonOffsetFactor, made.polygonOffsetUnits] = [true, 2, 8];
       this.ghostly.set(material, made);
     }
     return made;
