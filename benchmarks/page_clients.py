@@ -92,7 +92,8 @@ class Page:
             for message in messages(raw):
                 self.messages += 1
                 if message["type"] == "RunJavascriptMessage":
-                    await self._ask(type="Hello", document=None, width=640, height=480, ratio=1.0,
+                    await self._ask(type="Hello", document=None, width=640, height=480,
+                                    page_width=1280, page_height=720, ratio=1.0,
                                     dark=False, playback=None)  # fmt: skip
                 elif message["type"] == "RnnpbShown":
                     self._shown(message["kind"], message["body"], now)
@@ -113,6 +114,7 @@ class Page:
             self.sent[point] = time.perf_counter()
             await self._ask(
                 type="MoveOnMap",
+                model=0,
                 axes=[0, 1],
                 to=circle.to[point].tolist(),
                 gesture=1,

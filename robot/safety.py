@@ -100,12 +100,10 @@ def limit_motion(motion: Motion, robot: Robot) -> Motion:
 
 
 def _slowed(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    above, below = values.copy(), values.copy()
-    ahead = range(1, len(values))
-    for t in ahead:
-        above[t] = min(above[t], above[t - 1] + step)
-        below[t] = max(below[t], below[t - 1] - step)
-    for t in reversed(ahead):
-        above[t - 1] = min(above[t - 1], above[t] + step)
-        below[t - 1] = max(below[t - 1], below[t] - step)
-    return (above + below) / 2
+    slope = step * np.arange(len(values))
+    above = np.minimum.accumulate(values - slope) + slope  # seen from the past
+    above = np.minimum.accumulate((above + slope)[::-1])[::-1] - slope  # and from the future
+    below = np.maximum.accumulate(values + slope) - slope
+    below = np.maximum.accumulate((below - slope)[::-1])[::-1] + slope
+    middle: NDArray[np.float64] = (above + below) / 2
+    return middle

@@ -83,9 +83,12 @@ class Crew:
         return told or bool(batch)
 
     def _run(self) -> None:
-        # As measured with torch 2.13 for the processor (OpenMP): this holds for the thread that
-        # calls it, and for threads that first compute later; the main thread keeps its count. A
-        # worker that does not call it takes all cores, and the workers wait for each other.
+        # As measured with torch 2.13 for the processor (OpenMP): a count holds for the thread that
+        # sets it, and for those that first compute later, which take the one set last; asking for
+        # it counts as computing. So it is asked for first: nobody's later setting changes it here
+        # then. The main thread keeps its own. Without it each worker computes on all cores, and
+        # they wait for each other.
+        torch.get_num_threads()
         torch.set_num_threads(1)
         while not self._closed:
             try:

@@ -25,6 +25,7 @@ Axes = Annotated[list[Axis], Meta(min_length=1, max_length=2)]
 Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 Coordinates = Annotated[list[Coordinate], Meta(min_length=1, max_length=2)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
+Model = Annotated[int, Meta(ge=0, lt=100)]
 Frame = Annotated[float, Meta(ge=0, le=1e6)]
 Pixels = Annotated[int, Meta(ge=0, le=100_000)]
 Ratio = Annotated[float, Meta(gt=0, le=20)]
@@ -63,12 +64,13 @@ class Hello(Asked, frozen=True, tag=True):
 
 
 class MoveOnMap(Asked, frozen=True, tag=True):
-    """The puck along components of the map: `to` has a value for each of `axes`.
+    """The puck along components of a model's map: `to` has a value for each of `axes`.
 
     gesture: equal from press to release. number: counts all moves of the page, for
     `PuckShown.heard`. done: the hand has let go.
     """
 
+    model: Model
     axes: Axes
     to: Coordinates
     gesture: Count
@@ -79,6 +81,7 @@ class MoveOnMap(Asked, frozen=True, tag=True):
 class MoveOnLandscape(Asked, frozen=True, tag=True):
     """The puck in the landscape's own axes, whose labels are `axes`; the rest as MoveOnMap."""
 
+    model: Model
     axes: Annotated[list[Annotated[str, Meta(max_length=20)]], Meta(min_length=1, max_length=2)]
     to: Coordinates
     gesture: Count
@@ -87,6 +90,7 @@ class MoveOnLandscape(Asked, frozen=True, tag=True):
 
 
 class SelectMotion(Asked, frozen=True, tag=True):
+    model: Model
     index: Annotated[int, Meta(ge=0, lt=1_000_000)]
 
 

@@ -50,6 +50,10 @@ class RnnpbAsked(Message, include_in_scene_serialization=False):
         return {"payload": mapping.get("payload")}
 
 
+# viser remembers the types of messages that it has seen; ours are among them from here on.
+Message._subclass_from_type_string.cache_clear()
+
+
 def board_html(board: Literal["map", "landscape"]) -> str:
     """The place for a board: the one `add_html` of a tab in a panel that is docked left."""
     return f'<div id="rnnpb-{board}"></div>'

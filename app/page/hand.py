@@ -13,13 +13,11 @@ def intent_of(word: asked.ByHand, picture: Picture) -> do.Intent:
     """The intent for what a page asks; `picture` is what is on its screen."""
     match word:
         case asked.MoveOnMap():
-            return do.MoveOnMap(picture.active, tuple(word.axes), tuple(word.to), word.gesture)
+            return do.MoveOnMap(word.model, tuple(word.axes), tuple(word.to), word.gesture)
         case asked.MoveOnLandscape():
-            return do.MoveOnLandscape(
-                picture.active, tuple(word.axes), tuple(word.to), word.gesture
-            )
-        case asked.SelectMotion(index):
-            return do.SelectMotion(index)
+            return do.MoveOnLandscape(word.model, tuple(word.axes), tuple(word.to), word.gesture)
+        case asked.SelectMotion(model, index):
+            return do.SelectMotion(index, model)
         case asked.SetPlaying(playing, frame):
             return do.SetPlaying(playing, frame)
         case asked.Seek(frame):

@@ -51,6 +51,9 @@ def wrapped(name: str, source: str) -> str:
     Raises:
         ValueError: it imports or exports in another way than described above.
     """
+    renamed = next((match[0] for match in _IMPORT.finditer(source) if " as " in match[1]), None)
+    if renamed:
+        raise ValueError(f"{name}.js: cannot join {renamed!r}")
     exported = ", ".join(match[2] for match in _EXPORT.finditer(source))
     source = _IMPORT.sub(lambda match: f"const {{{match[1]}}} = _{match[2]};", source)
     source = _EXPORT.sub(r"\1", source)

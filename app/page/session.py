@@ -77,6 +77,7 @@ class Session:
         self._settled = False  # all that was held back is written
         self._tab: Document | None = None  # what the tab keeps
         self._tab_time = 0.0
+        self._unproven = False  # the tab has just brought its document, which may lead to a fault
         self._idle = threading.Condition()
         self._shown: Picture | None = None
         self._closed = False
@@ -182,7 +183,7 @@ class Session:
             screen.fold()
         if hello.document:
             self._tab = decode(self._facts, hello.document)
-            self._history = History(self._tab)
+            self._history, self._unproven = History(self._tab), True
         if hello.playback is not None:  # it went on playing while there was no server
             for intent in (
                 do.SetSpeed(hello.playback.speed),
@@ -289,6 +290,7 @@ class Session:
                 event = self._events.get_nowait()
         except queue.Empty:
             self._settled = not events
+            self._unproven &= bool(events)
             return events
 
     # --- beginning and end ---
@@ -308,9 +310,9 @@ class Session:
     def _break_off(self, screen: Screen | None) -> None:
         """Stop, and say so. What the tab keeps is what was shown before the fault.
 
-        Where that is what led to the fault, the tab keeps nothing, and a reload begins anew.
+        Where that led to the fault by itself, the tab keeps nothing, and a reload begins anew.
         """
-        if screen is not None and self.document == self._tab:
+        if screen is not None and self._unproven:
             screen.keep("")
         self.close()
         self._ended()

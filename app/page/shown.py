@@ -101,13 +101,15 @@ class PlaybackShown(Shown):
 class MapShown(Shown):
     """The map without the puck: all that changes with the model, the axes, the colours.
 
-    title: of the model. axes: the one or two components that are drawn. hidden_axes: at most two
-    that the toggle moves along. axis_labels: of the axes, then of the hidden ones.
+    model: which one it is of. title: its name. axes: the one or two components that are drawn.
+    hidden_axes: at most two that the toggle moves along. axis_labels: of the axes, then of the
+    hidden ones.
     points: (N, 2); the second coordinate is 0 where one component is drawn. names: (N,).
     classes: (N,) behaviour classes, '' for none. values: (N,) valence or arousal from 0 to 1, NaN
     for none. selected: index of a motion. extent: (4,) left, right, bottom, top of the whole map.
     """
 
+    model: int
     title: str
     axes: tuple[int, ...]
     hidden_axes: tuple[int, ...]
@@ -151,6 +153,7 @@ class LandscapeShown(Shown):
     which motions they are.
     """
 
+    model: int
     correlation: Array
     x: Array
     y: Array

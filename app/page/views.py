@@ -22,6 +22,7 @@ def map_shown(picture: Picture) -> MapShown:
     points = _flat(facts.latent_map.points[:, list(axes)])
     labels = [facts.labels.get(name) for name in facts.motions]
     return MapShown(
+        model=picture.active,
         title=facts.name,
         axes=axes,
         hidden_axes=hidden,
@@ -88,6 +89,7 @@ def landscape_shown(picture: Picture) -> LandscapeShown | None:
     )
     same_plane = work.labels == where.labels
     return LandscapeShown(
+        model=work.model,
         correlation=values.correlation,
         x=values.x,
         y=values.y,

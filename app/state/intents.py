@@ -21,9 +21,10 @@ class SelectModel:
 
 @dataclass(frozen=True)
 class SelectMotion:
-    """Select a learned motion: mu and sigma jump to it."""
+    """Select a learned motion: mu and sigma jump to it. model: whose; None: of the active one."""
 
     index: int
+    model: int | None = None
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,8 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
     match intent:
         case do.SelectModel(index):
             return _select_model(facts, document, index)
+        case do.SelectMotion(_, model) if model not in (None, document.active):
+            return document
         case do.SelectMotion(index):
             return _select_motion(facts, document, index)
         case do.ResetLatent():

@@ -168,7 +168,7 @@ export class LandscapeBoard extends Board {
   /** @param {number} point */
   select(point) {
     const index = this.shown?.learned_index?.data[point];
-    if (index !== undefined) this.ask({ type: "SelectMotion", index });
+    if (index !== undefined) this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
   }
 
   /** @param {Point} at */
@@ -196,8 +196,8 @@ export class LandscapeBoard extends Board {
 
   /** @param {Move} move @returns {import("./messages.js").Asked} */
   asked({ to, gesture, number, done }) {
-    const axes = this.shown?.axis_labels ?? [];
-    return { type: "MoveOnLandscape", axes, to, gesture, number, done };
+    const { model = 0, axis_labels: axes = [] } = this.shown ?? {};
+    return { type: "MoveOnLandscape", model, axes, to, gesture, number, done };
   }
 
   // --- drawing ---

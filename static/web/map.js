@@ -2,11 +2,11 @@
 
 import { Board } from "./board.js";
 import { classMark, css } from "./colors.js";
-import { placed } from "./labels.js";
 import { classLegend, scaleLegend } from "./legend.js";
 import { element, say } from "./page.js";
 import { drawPath } from "./path.js";
-import { FONT, haloed, line, tracePath } from "./plot.js";
+import { haloed, line } from "./plot.js";
+import { drawEllipse, drawNames, drawPoints } from "./points.js";
 import {
   clamp,
   ellipseOf,
@@ -27,10 +27,9 @@ import {
 /** @typedef {import("./scales.js").Point} Point */
 /** @typedef {import("./scales.js").View} View */
 
-const RADIUS = 5; // of a point, in pixels
 const REACH = 12; // pixels from a point that the pointer still means it
 const FARTHEST = 0.3; // opacity of the point that lies farthest from the slice
-const LINE_HEIGHT = 13;
+const UNLIT = 0.15; // opacity of what the legend's pointer is not on
 
 export class MapBoard extends Board {
   /** @param {Ask} ask */
@@ -44,6 +43,7 @@ export class MapBoard extends Board {
     /** @type {PuckShown | null} */ this.state = null;
     /** @type {PathShown | null} */ this.path = null;
     /** @type {Mark[]} */ this.marks = [];
+    this.listed = ""; // all points in words
     /** @type {string | null} */ this.lit = null; // the class that the legend's pointer is on
     /** @type {number[]} */ this.hidden = []; // the puck along the axes that are not drawn
     /** @type {{ at: Point, hidden: number[] } | null} */ this.grabbed = null;
@@ -77,6 +77,11 @@ export class MapBoard extends Board {
     this.setHome({ left, right, bottom, top }, same);
     say(this.parts.heading, shown.title || "PB map"); // the tab above says what it is
     this.marks = this.looks(shown);
+    const listed = shown.names.map((name, i) => {
+      const at = pointOf(shown.points.data, i).map((value) => formatted(value));
+      return `${name} (${at.join(", ")})`;
+    });
+    this.listed = `${listed.length} learned motions: ${listed.join("; ")}`;
     this.showLegend(shown);
     const names = shown.axis_labels.slice(shown.axes.length);
     this.toggle.hidden = names.length === 0;
@@ -95,7 +100,7 @@ export class MapBoard extends Board {
     this.parts.mark.hidden = !this.warned;
     say(
       this.parts.mark,
-      this.warned ? `extrapolating · ${formatted(state.extrapolation ?? 0, 1)}× the usual gap` : "",
+      this.warned ? `extrapolating · ${formatted(state.extrapolation ?? 0, 1)} gaps away` : "",
     );
     this.surface.request();
     this.tell();
@@ -159,7 +164,7 @@ export class MapBoard extends Board {
 
   /** @param {number} index */
   select(index) {
-    this.ask({ type: "SelectMotion", index });
+    this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
   }
 
   /** The whole plot is free to the hand, wider than the learned points. @param {Point} to @returns {Point} */
@@ -194,7 +199,8 @@ export class MapBoard extends Board {
   /** @param {Move} move @returns {import("./messages.js").Asked} */
   asked({ to, axes, gesture, number, done }) {
     const drawn = this.shown?.axes ?? [];
-    return { type: "MoveOnMap", axes: axes.length ? axes : drawn, to, gesture, number, done };
+    const model = this.shown?.model ?? 0;
+    return { type: "MoveOnMap", model, axes: axes.length ? axes : drawn, to, gesture, number, done };
   }
 
   // --- along what is not drawn ---
@@ -238,95 +244,33 @@ export class MapBoard extends Board {
   content(context, view) {
     const { shown, path, puck } = this;
     if (!shown) return;
-    if (puck && this.state?.covariance) this.drawEllipse(context, view, puck);
-    this.drawPoints(context, view, shown);
+    if (puck && this.state?.covariance) {
+      drawEllipse(context, view, puck, this.state.covariance.data, this.theme);
+    }
+    const points = {
+      places: shown.points.data,
+      names: shown.names,
+      marks: this.marks,
+      near: this.nearness(shown),
+      selected: shown.selected,
+      under: this.hovered ? this.pointAt(this.hovered) : -1,
+    };
+    drawPoints(context, view, points, this.theme);
     if (path?.on_map) {
       const { on_map: mu, samples_on_map: samples, radii, shown: last } = path;
       drawPath(context, view, { mu, samples, radii, shown: last }, this.theme);
     }
-    this.drawNames(context, view, shown);
+    drawNames(context, view, points, this.theme);
     this.drawHand(context, view);
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {View} view @param {Point} puck */
-  drawEllipse(context, view, puck) {
-    const { major, minor, angle } = ellipseOf(this.state?.covariance?.data ?? []);
-    const unit = view.box.width / (view.extent.right - view.extent.left);
-    const [x, y] = toPixel(view, puck);
-    context.fillStyle = this.theme.puck;
-    context.strokeStyle = this.theme.puck;
-    context.lineWidth = 1.5;
-    for (const times of [2, 1]) {
-      context.beginPath();
-      context.ellipse(x, y, times * major * unit, times * minor * unit, -angle, 0, 2 * Math.PI);
-      context.globalAlpha = 0.13;
-      context.fill();
-      context.globalAlpha = 0.8 / times;
-      context.stroke();
-    }
-    context.globalAlpha = 1;
-  }
-
-  /** Opacity of a point: how near it is to the slice that is drawn. @param {number} i @param {number} farthest */
-  nearness(i, farthest) {
-    const name = this.shown?.classes[i];
-    if (this.lit !== null) return this.lit === name ? 1 : 0.15;
-    const off = this.state?.off_plane?.data[i] ?? 0;
-    return 1 - (1 - FARTHEST) * Math.min(off / farthest, 1);
-  }
-
-  /** @param {CanvasRenderingContext2D} context @param {View} view @param {MapShown} shown */
-  drawPoints(context, view, { points, selected }) {
-    const farthest = Math.max(...(this.state?.off_plane?.data ?? []), 1e-9);
-    const order = this.marks
-      .map((_, i) => i)
-      .sort((a, b) => this.nearness(a, farthest) - this.nearness(b, farthest));
-    const under = this.hovered ? this.pointAt(this.hovered) : -1;
-    for (const i of order) {
-      const mark = this.marks[i];
-      if (!mark) continue;
-      const [x, y] = toPixel(view, pointOf(points.data, i));
-      const near = i === under || i === selected ? 1 : this.nearness(i, farthest);
-      tracePath(context, mark.shape, x, y, i === under ? RADIUS + 2 : RADIUS);
-      context.globalAlpha = near;
-      context.fillStyle = mark.color;
-      context.fill();
-      context.lineWidth = 1;
-      context.strokeStyle = this.theme.outline;
-      context.stroke();
-      context.globalAlpha = 1;
-      if (i !== selected) continue;
-      context.beginPath();
-      context.arc(x, y, RADIUS + 4, 0, 2 * Math.PI);
-      context.lineWidth = 2;
-      context.strokeStyle = this.theme.ink;
-      context.stroke();
-    }
-  }
-
-  /** @param {CanvasRenderingContext2D} context @param {View} view @param {MapShown} shown */
-  drawNames(context, view, { names, points, selected }) {
-    context.font = FONT;
-    context.textAlign = "left";
-    context.textBaseline = "middle";
-    const first = names
-      .map((_, i) => i)
-      .sort((a, b) => Number(b === selected) - Number(a === selected));
-    const visible = first.filter((i) => {
-      const [x, y] = toPixel(view, pointOf(points.data, i));
-      const { left, top, width, height } = view.box;
-      return x >= left && y >= top && x <= left + width && y <= top + height;
-    });
-    const marks = visible.map((i) => {
-      const [x, y] = toPixel(view, pointOf(points.data, i));
-      const width = context.measureText(names[i] ?? "").width;
-      return { x, y, radius: i === selected ? RADIUS + 4 : RADIUS, width };
-    });
-    placed(marks, LINE_HEIGHT, view.box).forEach((box, k) => {
-      const i = visible[k] ?? 0;
-      if (!box || (this.lit !== null && this.lit !== this.shown?.classes[i])) return;
-      const color = i === selected ? this.theme.ink : this.theme.quiet;
-      haloed(context, names[i] ?? "", box.left, box.top + box.height / 2, this.theme, color);
+  /** Opacity of each point: how near it is to the slice that is drawn. @param {MapShown} shown */
+  nearness({ classes }) {
+    const off = this.state?.off_plane?.data;
+    const farthest = Math.max(...(off ?? []), 1e-9);
+    return classes.map((name, i) => {
+      if (this.lit !== null) return this.lit === name ? 1 : UNLIT;
+      return 1 - (1 - FARTHEST) * Math.min((off?.[i] ?? 0) / farthest, 1);
     });
   }
 
@@ -362,12 +306,7 @@ export class MapBoard extends Board {
       puck: `Puck at ${at}`,
       selected: `Selected motion: ${selected}`,
       colouring: `Coloured by ${shown.colouring}`,
-      points: `${shown.names.length} learned motions: ${shown.names
-        .map(
-          (name, i) =>
-            `${name} (${formatted(shown.points.data[2 * i])}, ${formatted(shown.points.data[2 * i + 1])})`,
-        )
-        .join("; ")}`,
+      points: this.listed,
     };
     if (state?.covariance) {
       const { major, minor } = ellipseOf(state.covariance.data);

@@ -50,6 +50,7 @@
 /** @typedef {"class" | "valence" | "arousal"} Colouring */
 /**
  * @typedef {object} MapShown
+ * @property {number} model which one it is of
  * @property {string} title of the model
  * @property {number[]} axes components that are drawn: two, or one
  * @property {number[]} hidden_axes components that the toggle moves along, at most two
@@ -76,6 +77,7 @@
 
 /**
  * @typedef {object} LandscapeShown
+ * @property {number} model which one it is of
  * @property {Numbers} correlation (R, C), row = second axis, both ascending; one row: a line
  * @property {Numbers} x (C)
  * @property {Numbers} y (R)
@@ -136,9 +138,9 @@
  *   | { type: "Hello", document: string | null, width: number, height: number, ratio: number,
  *       page_width: number, page_height: number,
  *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null }
- *   | { type: "MoveOnMap", axes: number[], to: number[], gesture: number, number: number, done: boolean }
- *   | { type: "MoveOnLandscape", axes: string[], to: number[], gesture: number, number: number, done: boolean }
- *   | { type: "SelectMotion", index: number }
+ *   | { type: "MoveOnMap", model: number, axes: number[], to: number[], gesture: number, number: number, done: boolean }
+ *   | { type: "MoveOnLandscape", model: number, axes: string[], to: number[], gesture: number, number: number, done: boolean }
+ *   | { type: "SelectMotion", model: number, index: number }
  *   | { type: "SetPlaying", playing: boolean, frame: number }
  *   | { type: "Seek", frame: number }
  *   | { type: "SetSpeed", speed: number }

@@ -2,11 +2,11 @@
 
 const SHEET = `
 :root {
-  --rb-text: #2b3440; --rb-quiet: #66707c; --rb-surface: #fff; --rb-raised: #f4f6f8;
+  --rb-text: #2b3440; --rb-quiet: #66707c; --rb-surface: var(--mantine-color-body, #fff); --rb-raised: #f4f6f8;
   --rb-line: #dde2e7; --rb-accent: #0072b2; --rb-warning: #a84300; --rb-warning-fill: #fff1e0;
 }
 :root[data-rb-dark] {
-  --rb-text: #dfe4ea; --rb-quiet: #9aa4af; --rb-surface: #1f2226; --rb-raised: #2a2e34;
+  --rb-text: #dfe4ea; --rb-quiet: #9aa4af; --rb-surface: var(--mantine-color-body, #1f2226); --rb-raised: #2a2e34;
   --rb-line: #3a4048; --rb-accent: #56b4e9; --rb-warning: #ffb47a; --rb-warning-fill: #4a2f14;
 }
 .rb-board, .rb-timebar, .rb-phone, .rb-notice {

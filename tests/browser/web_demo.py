@@ -174,6 +174,7 @@ class Session:
         pad = 0.12 * (high - low)
         self.bridge.show(
             MapShown(
+                model=0,
                 title="strong",
                 axes=AXES,
                 hidden_axes=HIDDEN,
@@ -234,6 +235,7 @@ class Session:
         half = (stage.x[1] - stage.x[0]) / 2
         inside = np.flatnonzero((np.abs(self.demo.mu[:, :2] - center[:2]) <= 1).all(axis=1))
         return LandscapeShown(
+            model=0,
             correlation=stage.correlation,
             x=stage.x,
             y=stage.y,
@@ -330,6 +332,7 @@ class Demo:
                 x = np.linspace(-1, 1, 20)
                 session.bridge.show(
                     LandscapeShown(
+                        model=0,
                         correlation=np.cos(2 * x)[None].astype(np.float32),
                         x=x,
                         y=np.zeros(1),

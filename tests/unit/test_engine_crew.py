@@ -79,11 +79,15 @@ def test_work_is_done_on_the_workers_threads(hall: Hall) -> None:
 
 def test_each_worker_computes_on_one_thread_and_others_keep_theirs(hall: Hall) -> None:
     before = torch.get_num_threads()
-    hall.want("both")
-    for _ in range(2):
-        assert hall.begun.get(timeout=TIMEOUT) == "both"
-    assert hall.torch_threads == [1, 1]
-    assert torch.get_num_threads() == before
+    torch.set_num_threads(2)
+    try:
+        hall.want("both")
+        for _ in range(2):
+            assert hall.begun.get(timeout=TIMEOUT) == "both"
+        assert hall.torch_threads == [1, 1]
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(before)
 
 
 def test_the_pieces_of_a_work_are_done_at_the_same_time(hall: Hall) -> None:

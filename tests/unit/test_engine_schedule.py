@@ -453,6 +453,22 @@ def test_a_page_that_was_closed_is_told_nothing_and_gets_nothing(shop: Shop) -> 
     page.close()  # twice is once
 
 
+def test_a_page_that_is_closed_is_not_told_what_it_was_about_to_be(shop: Shop) -> None:
+    first, second = shop.page(), shop.page()
+    first.want(m="motion a")
+    shop.run()
+    second.want(m="motion a")
+    second.close()
+    shop.run()
+    assert second.told == []
+
+
+def test_a_closed_crew_begins_nothing_that_waits(shop: Shop) -> None:
+    shop.page().want(m="motion a")
+    shop.crew.close(0.0)
+    assert shop.run() == []
+
+
 def test_nothing_is_kept_of_a_page_that_left(shop: Shop) -> None:
     kept: list[weakref.ref[object]] = []
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -180,10 +181,17 @@ def test_a_batch_is_as_large_as_a_piece(tiny_model: RNNPB, generated: Generated)
 
 
 def test_models_have_batches_of_their_own(tiny_model: RNNPB, generated: Generated) -> None:
-    desk = Desk(tiny_model, one_dimensional())
-    desk.page.want({MOTION: WAVE, ("motion", 1): MotionWork(1, (0.5,), 7)})
+    other = deepcopy(tiny_model)
+    other.weight_out *= 2.0
+    desk = Desk(tiny_model, other)
+    desk.page.want({MOTION: WAVE, ("motion", 1): replace(WAVE, model=1)})
     desk.run()
-    assert sorted(generated) == [(1, 7), (1, 12)]
+    assert generated == [(1, 12), (1, 12)]
+    for told, model in zip(desk.told, (tiny_model, other), strict=True):
+        assert isinstance(told, Delivered)
+        assert isinstance(told.result, MotionResult)
+        expected = expected_motion(model, WAVE.pb, 12)
+        np.testing.assert_allclose(told.result.positions, expected, atol=1e-6)
 
 
 def test_a_long_motion_is_generated_in_parts(tiny_model: RNNPB, generated: Generated) -> None:
@@ -194,6 +202,20 @@ def test_a_long_motion_is_generated_in_parts(tiny_model: RNNPB, generated: Gener
     assert max(frames for _, frames in generated) * (1 + OVERHEAD) <= PIECE
     expected = expected_motion(tiny_model, WAVE.pb, 1_300)
     np.testing.assert_allclose(result.positions, expected, atol=1e-5)
+
+
+def test_a_motion_that_is_being_generated_comes_although_there_is_newer_work(
+    tiny_model: RNNPB,
+) -> None:
+    """A hand that moves faster than motions come would see none otherwise."""
+    desk = Desk(tiny_model)
+    desk.page.want({MOTION: WAVE})
+    ((job, task),) = desk.engine._schedule.take(0.0)
+    newer = replace(WAVE, pb=(0.2, 0.2, 0.2))
+    desk.page.want({MOTION: newer})
+    desk.engine._do([(job, task)])
+    desk.run()
+    assert [one.work for one in desk.told] == [WAVE, newer]
 
 
 def test_a_pb_that_does_not_fit_costs_only_its_own_page(
@@ -553,6 +575,18 @@ def test_a_download_is_the_file_of_the_motion_itself(tiny_model: RNNPB) -> None:
     assert isinstance(shown, MotionResult)
     motion = Motion("wave", tiny_model.info.joints, shown.positions, tiny_model.info.fps)
     assert result.content == format_motion(motion)
+
+
+def test_an_export_starts_from_the_safe_posture_where_that_is_asked_for(tiny_model: RNNPB) -> None:
+    desk = Desk(tiny_model)
+    lengths = []
+    for safe in (False, True):
+        work = ExportWork(WAVE, "wave", ExportOptions("csv", safe_posture=safe))
+        (result,) = desk.results(work, EXPORT)
+        assert isinstance(result, ExportedFile)
+        lengths.append(len(result.content.splitlines()))
+    assert lengths[0] == 1 + 12
+    assert lengths[1] >= 1 + 12 + 2 * 20  # a second each, at least
 
 
 def test_a_robot_without_naoqi_gets_no_script(tiny_model: RNNPB) -> None:

@@ -6,12 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+from rnnpb_explorer.app.commands.main import COMMANDS
 from rnnpb_explorer.app.state import document
 
-from rnnpb_explorer.app.commands.main import COMMANDS
-
+ROOT = Path(__file__).parents[2]
 HEAVY = ("torch", "trimesh", "yourdfpy", "viser", "matplotlib")
 LIGHT = (
+    *(f"app.state.{path.stem}" for path in sorted((ROOT / "app/state").glob("[!_]*.py"))),
     "core.data",
     "core.device",
     "core.errors",
@@ -20,6 +21,8 @@ LIGHT = (
     "core.recognition_run",
     "core.windows",
     "robot.formats",
+    "robot.importing",
+    "robot.pepper",
     "robot.safety_report",
     "app.commands.explorer",
     *(f"app.commands.{name}" for name in COMMANDS),

@@ -38,7 +38,7 @@ def plain_recognition(
     def loss_of(output: Tensor) -> Tensor:
         return torch.nn.functional.mse_loss(output[:observed], motion[:observed])
 
-    candidates = [torch.zeros(pb_dim)]
+    candidates = [torch.zeros_like(model.mu[0])]
     if config.init == "learned":
         candidates = list(model.mu)
     elif config.init == "random":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,8 +12,9 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.core.model import RNNPB, ModelConfig
+from rnnpb_explorer.core import recognition_lm
+from rnnpb_explorer.core.errors import Cancelled, InputError
+from rnnpb_explorer.core.model import RNNPB, Behavior, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_lm
@@ -29,6 +32,17 @@ def a_motion(model: RNNPB, pb: list[float], noise: float = 0.0) -> Array:
     return noisy
 
 
+def a_model(pb_dim: int, hidden_size: int = 32, beta: float | None = 1e-3) -> RNNPB:
+    """Random weights and PBs: 3 motions of 5 joints; without beta a deterministic one."""
+    behavior: Behavior = "deterministic" if beta is None else "stochastic"
+    config = ModelConfig(5, pb_dim, hidden_size, 3, behavior, beta)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(0)
+        model = RNNPB(config, ModelInfo(joints=tuple("abcde")))
+        torch.nn.init.normal_(model.mu)
+    return model.eval().requires_grad_(False)
+
+
 @pytest.mark.parametrize("steps", [1, 2, 12])
 def test_jacobian_is_that_of_the_plain_loop(tiny_model: RNNPB, steps: int) -> None:
     model = tiny_model.double()
@@ -38,6 +52,18 @@ def test_jacobian_is_that_of_the_plain_loop(tiny_model: RNNPB, steps: int) -> No
             lambda pb: model.generate_stepwise(pb, steps), pb
         )
         torch.testing.assert_close(jacobian, plain, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("pb_dim", [1, 4, 16])
+def test_jacobian_in_float32_is_that_of_autograd_in_float64(pb_dim: int) -> None:
+    model = a_model(pb_dim)
+    jacobian = pb_jacobian(model, model.mu, 20)
+    exact = model.double()
+    expected = torch.autograd.functional.jacobian(
+        lambda pb: exact.generate_stepwise(pb, 20), exact.mu[0]
+    )
+    error = torch.linalg.vector_norm(jacobian[0] - expected)
+    assert error < 1e-4 * torch.linalg.vector_norm(expected)
 
 
 def test_jacobian_of_a_trained_model(published_strong: RNNPB) -> None:
@@ -84,6 +110,28 @@ def test_a_step_that_fails_is_tried_shorter(published_zero: RNNPB) -> None:
     assert all(shorter)
 
 
+def test_damping() -> None:
+    """With one dimension a step is -J r / (J J (1 + damping)), which gives the damping away."""
+    model = a_model(1)
+    model.weight_hidden *= 6  # far from linear: some steps fail
+    target = a_motion(model, [-2.0], noise=0.3)
+    dampings, expected, damping = [], [], 0.1
+    for step, following in pairwise(recognize_lm(model, target, LMConfig(3, 1.0, 6, tolerance=0))):
+        if step.iteration > 0:
+            damping = damping * np.where(step.early_update, 0.2, 5.0)
+        mu = torch.as_tensor(step.mu_next)
+        jacobian = pb_jacobian(model, mu, 30).double().flatten(1).numpy()
+        residual = (model.generate(mu, 30).numpy() - target).reshape(3, -1)
+        gauss_newton = -(jacobian * residual).sum(axis=1) / np.square(jacobian).sum(axis=1)
+        taken = (following.pb - following.mu)[:, 0]
+        longer = abs(taken) > 1e-3  # shorter ones are rounded too coarsely to tell
+        dampings += list((gauss_newton / taken - 1)[longer])
+        expected += list(np.broadcast_to(damping, 3)[longer])
+    np.testing.assert_allclose(dampings, expected, rtol=0.05, atol=2e-3)
+    rounded = {round(value, 3) for value in expected}
+    assert {0.1, 0.02, 0.5} <= rounded  # the first, after a step that helped, and one that did not
+
+
 def test_starts_from_the_closest_learned_mu(tiny_model: RNNPB) -> None:
     target = a_motion(tiny_model, tiny_model.mu[2].tolist(), noise=0.01)
     first = next(recognize_lm(tiny_model, target, LMConfig(starts=2)))
@@ -106,6 +154,93 @@ def test_sigma_is_that_of_the_linear_gaussian_posterior(tiny_model: RNNPB) -> No
     expected = np.sqrt(np.diag(np.linalg.inv(precision)))
     np.testing.assert_allclose(result.sigma[best, -1], expected, rtol=1e-3)
     assert (expected < 0.9).all()
+
+
+@pytest.mark.parametrize("beta", [0.0, None], ids=["zero", "deterministic"])
+def test_no_prior_where_the_model_was_trained_without(beta: float | None) -> None:
+    model = a_model(3, beta=beta)
+    target = a_motion(model, [0.4, -0.8, 0.9], noise=0.05)
+    steps = list(recognize_lm(model, target))
+    assert np.isposinf(steps[0].sigma).all()  # before: nothing is known
+    result = RecognitionResult.from_steps(iter(steps))
+    best = result.best_trial
+    mu = torch.as_tensor(result.mu[best, -1:]).double()
+    jacobian = pb_jacobian(model.double(), mu, 24)[0].flatten(0, 1).numpy()
+    precision = jacobian.T @ jacobian / result.best_reconstruction_loss[best]
+    expected = np.sqrt(np.diag(np.linalg.inv(precision)))
+    np.testing.assert_allclose(result.sigma[best, -1], expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize("beta", [1e-3, 0.0])
+def test_a_component_without_influence_stays_open(beta: float) -> None:
+    model = a_model(3, beta=beta)
+    model.weight_pb[:, 1] = 0
+    target = a_motion(model, [0.4, -0.8, 0.9], noise=0.05)
+    *_, last = recognize_lm(model, target)
+    np.testing.assert_allclose(last.sigma_next[:, 1], 1.0 if beta else np.inf, rtol=1e-6)
+    assert np.isfinite(last.sigma_next[:, [0, 2]]).all()
+
+
+def test_cancelled_between_parts(tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recognition_lm, "PART_BYTES", 1)  # a frame a part
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9], noise=0.05)
+    asked = 0
+
+    def cancelled() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked == 12
+
+    steps = recognize_lm(tiny_model, target, cancelled=cancelled)
+    with pytest.raises(Cancelled):
+        next(steps)  # within the first iteration: its Jacobian has 24 frames
+    assert asked == 12
+    asked = -10_000
+    assert len(list(recognize_lm(tiny_model, target, cancelled=cancelled))) > 2
+
+
+def test_cancelled_before_the_next_iteration(tiny_model: RNNPB) -> None:
+    stop = False
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9], noise=0.05)
+    steps = recognize_lm(tiny_model, target, cancelled=lambda: stop)
+    next(steps)
+    stop = True
+    with pytest.raises(Cancelled):
+        next(steps)
+
+
+def test_parts_sum_to_the_whole(tiny_model: RNNPB, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = a_motion(tiny_model, [0.4, -0.8, 0.9], noise=0.05)
+    config = LMConfig(iterations=3, tolerance=0)
+    whole = list(recognize_lm(tiny_model, target, config))
+    monkeypatch.setattr(recognition_lm, "PART_BYTES", 3000)  # of 9,216
+    monkeypatch.setattr(recognition_lm, "ROW_BYTES", 1)  # a trial at a time
+    for one, other in zip(whole, recognize_lm(tiny_model, target, config), strict=True):
+        np.testing.assert_allclose(one.mu_next, other.mu_next, atol=1e-5)
+        np.testing.assert_allclose(one.sigma_next, other.sigma_next, rtol=1e-4)
+
+
+MEMORY = """
+import resource, sys
+import numpy as np, torch
+from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
+from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
+torch.manual_seed(0)
+model = RNNPB(ModelConfig(pb_dim=128), ModelInfo(joints=tuple("abcdefghijklmnopq")))
+target = np.zeros((int(sys.argv[1]), 17))
+list(recognize_lm(model, target[:9], LMConfig(iterations=1)))
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+list(recognize_lm(model, target, LMConfig(starts=3, iterations=1)))
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+"""
+
+
+def test_memory_is_bounded() -> None:
+    """D_PB = 128, 600 frames: the hidden tangents of three trials alone are 190 MB, twice."""
+    outcome = subprocess.run(
+        [sys.executable, "-c", MEMORY, "600"], stdout=subprocess.PIPE, text=True, check=True
+    )
+    assert int(outcome.stdout) < 150
 
 
 def test_as_good_as_ten_published_trials(published_zero: RNNPB, shared_dir: Path) -> None:

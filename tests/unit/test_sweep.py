@@ -344,7 +344,7 @@ def test_a_cell_of_another_version(rnnpb: Rnnpb, monkeypatch: pytest.MonkeyPatch
     swept(rnnpb, *one)
     monkeypatch.setattr("rnnpb_explorer.core.training.ALGORITHM", 99)
     said = rnnpb.refuses("sweep", *SMALL, "--out", "cells", *one)
-    assert "with another recipe, training algorithm 3 and not 99; another folder" in said
+    assert "with another recipe, training algorithm 4 and not 99; another folder" in said
     monkeypatch.undo()
     monkeypatch.chdir(rnnpb.folder)
     monkeypatch.setattr("rnnpb_explorer.core.training.Trainer.precision", "bfloat16")

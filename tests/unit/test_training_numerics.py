@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
+from torch.utils._python_dispatch import TorchDispatchMode
+from torch.utils._pytree import tree_leaves
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, read_plain, save_checkpoint
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, kl_divergence
 from rnnpb_explorer.core.motion import Motion
+from rnnpb_explorer.core.muon import Muon, orthogonal
 from rnnpb_explorer.core.training import Trainer, TrainingConfig
 
 SMALL = ModelConfig(pb_dim=2, hidden_size=12, beta=1e-3)
 RECIPE = TrainingConfig(epochs=6, warm_up_epochs=2, seed=4)
+HELD_TO_AVX2 = {"ATEN_CPU_CAPABILITY": "avx2", "ONEDNN_MAX_CPU_ISA": "AVX2"}
 
 
 @pytest.fixture
@@ -30,6 +39,13 @@ def waves() -> Dataset:
         positions = np.sin(time * (1 + number / 3) + np.arange(3)) * 0.5
         motions.append(Motion(f"wave {number}", joints, positions.astype(np.float32)))
     return Dataset(tuple(motions), {})
+
+
+@pytest.fixture
+def restore_threads() -> Iterator[None]:
+    before = torch.get_num_threads()
+    yield
+    torch.set_num_threads(before)
 
 
 def weights(model: RNNPB) -> dict[str, torch.Tensor]:
@@ -92,6 +108,92 @@ def test_the_recurrent_weights_of_each_gate_step_by_an_orthogonal_matrix(waves: 
         largest = torch.linalg.svdvals(step)[: SMALL.hidden_size // 2] / rate
         assert largest.min() > 0.6, name
         assert largest.max() < 1.3, name
+
+
+def test_muon_is_that_of_torch_but_for_bfloat16() -> None:
+    """Three steps on a stack of two matrices against torch.optim.Muon on each of them."""
+    random = torch.Generator().manual_seed(0)
+    start = torch.randn((32, 16), generator=random)
+    stack = torch.nn.Parameter(start.clone())
+    pair = [torch.nn.Parameter(half) for half in start.clone().chunk(2)]
+    ours = Muon([stack], 0.05, 0.9, matrices=2)
+    theirs = torch.optim.Muon(pair, 0.05, 0.0, 0.9)
+    for _ in range(3):
+        stack.grad = torch.randn((32, 16), generator=random)
+        for half, gradient in zip(pair, stack.grad.chunk(2), strict=True):
+            half.grad = gradient
+        ours.step()
+        theirs.step()
+    moved = stack.detach() - start
+    difference = moved - (torch.cat(pair).detach() - start)
+    assert torch.linalg.vector_norm(moved) > 0.3
+    assert torch.linalg.vector_norm(difference) < 0.02 * torch.linalg.vector_norm(moved)
+
+
+def test_a_gradient_of_zeros_makes_no_step() -> None:
+    assert not orthogonal(torch.zeros(3, 3)).any()
+
+
+class _Dtypes(TorchDispatchMode):
+    def __init__(self) -> None:
+        super().__init__()
+        self.seen: set[torch.dtype] = set()
+
+    def __torch_dispatch__(
+        self, function: Any, types: Any, args: Any = (), kwargs: Any = None
+    ) -> Any:
+        out = function(*args, **(kwargs or {}))
+        self.seen |= {leaf.dtype for leaf in tree_leaves(out) if isinstance(leaf, torch.Tensor)}
+        return out
+
+
+def test_nothing_is_in_bfloat16(waves: Dataset, restore_threads: None) -> None:
+    """Which a processor without units for it emulates, 30 times as slow as float32."""
+    torch.set_num_threads(1)  # one sees what its own thread does
+    trainer = Trainer(waves, SMALL, RECIPE)
+    with _Dtypes() as dtypes:
+        next(trainer.run())
+    assert torch.float32 in dtypes.seen
+    assert not dtypes.seen & {torch.bfloat16, torch.float16}
+
+
+def test_the_number_of_cores_changes_no_bit(waves: Dataset, restore_threads: None) -> None:
+    trained = []
+    for cores in (1, 3):
+        torch.set_num_threads(cores)
+        trained.append(Trainer(waves, replace(SMALL, hidden_size=64), replace(RECIPE, samples=40)))
+        losses = [progress.loss for progress in trained[-1].run()]
+        assert len(losses) == 6
+        assert torch.get_num_threads() == cores
+    assert_same_bits(*(trainer.model for trainer in trained))
+
+
+def test_trains_so_on_a_processor_without_bfloat16(tmp_path: Path) -> None:
+    """Every test of this file, and the command's, in a process that is held to AVX2."""
+    if HELD_TO_AVX2.items() <= os.environ.items():
+        assert torch.backends.cpu.get_cpu_capability() in ("AVX2", "DEFAULT")
+        return
+    files = [__file__, str(Path(__file__).with_name("test_cli_train.py"))]
+    those = "not refuses and not bar and not evaluate"
+    outcome = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-k",
+            those,
+            "--basetemp",
+            tmp_path / "held",
+            *files,
+        ],
+        env=os.environ | HELD_TO_AVX2,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert outcome.returncode == 0, outcome.stdout
+    assert " passed" in outcome.stdout
 
 
 def test_samples_are_averaged_in_mirrored_pairs(waves: Dataset) -> None:
@@ -179,6 +281,22 @@ def test_resumes_bit_for_bit_where_the_memory_of_adam_changes(waves: Dataset) ->
     resumed = Trainer(waves, SMALL, recipe)
     resumed.restore(interrupted.model, interrupted.state())
     assert [progress.loss for progress in resumed.run()] == losses[half:]
+
+
+def test_a_run_names_every_kind_of_processor_it_ran_on(
+    waves: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another kind rounds differently: the run goes on, and the record says why its bits differ."""
+    kinds = iter(["AVX2", "AVX512", "AVX512", "AVX2", "AVX2"])
+    monkeypatch.setattr(torch.backends.cpu, "get_cpu_capability", lambda: next(kinds))
+    trainer = Trainer(waves, SMALL, RECIPE)
+    next(trainer.run())
+    assert trainer.model.info.training["processors"] == "AVX2"
+    for expected in ("AVX2, AVX512", "AVX2, AVX512"):
+        resumed = Trainer(waves, SMALL, RECIPE)
+        resumed.restore(trainer.model, trainer.state())
+        assert resumed.model.info.training["processors"] == expected
+        trainer = resumed
 
 
 def test_does_not_resume_another_run(waves: Dataset) -> None:

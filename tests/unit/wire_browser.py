@@ -45,7 +45,7 @@ class WireBrowser:
     ) -> None:
         self.tab = {} if tab is None else tab
         self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
-        self.moves = 0
+        self.moves = self.messages = 0  # sent, received
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
         self.nodes: dict[str, dict[str, Any]] = {}  # of the scene, by name
         self.commands: dict[str, str] = {}  # uuid by label
@@ -77,6 +77,7 @@ class WireBrowser:
 
     def _take(self, message: dict[str, Any]) -> None:
         kind = message["type"]
+        self.messages += 1
         if kind == "RunJavascriptMessage" and not self._silent:
             self.hello()
         with self._changed:
@@ -139,6 +140,15 @@ class WireBrowser:
             assert self._changed.wait_for(condition, TIMEOUT)
 
     # --- what a person sees ---
+    def wait_for_all(self) -> None:
+        """Wait until both boards and the robot are there, the landscape complete."""
+        self.wait_for(
+            lambda: (
+                "MotionShown 0" in self.shown
+                and self.shown.get("LandscapeShown", {}).get("complete") is True
+            )
+        )
+
     def widget(self, label: str) -> dict[str, Any]:
         """The widget with this label, once it is there."""
         self.wait_for(lambda: self._uuid(label) is not None)
@@ -195,6 +205,8 @@ class WireBrowser:
             document=self.tab.get("document") or None,
             width=width,
             height=height,
+            page_width=width,
+            page_height=height,
             ratio=1.0,
             dark=False,
             playback=playback,
@@ -211,6 +223,7 @@ class WireBrowser:
             self.moves += 1
             self.ask(
                 "MoveOnMap" if board == "map" else "MoveOnLandscape",
+                model=shown["model"],
                 axes=axes,
                 to=list(to),
                 gesture=gesture,

@@ -1,16 +1,21 @@
-"""Pictures for the tests of panels, boards and robots; nothing is computed."""
+"""Pictures for the tests of panels, boards and robots, made up or of a session that is served."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from rnnpb_explorer.app.page.session import Session
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.results import CheckedMotion, MotionResult, RecognitionTrace
+from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.robot.safety_report import SafetyReport, Violation
 
 from ..app_states import FACTS, MOTION, RUN, Page
+from ..wire_browser import TIMEOUT
 
 
 class Clock:
@@ -70,3 +75,20 @@ def checked(
     within = None if limited is None else np.full_like(shown, limited)
     check = CheckedMotion(SafetyReport(violations, ()), within)
     return page.deliver(slot, MotionResult(shown, check)).picture
+
+
+def until(session: Session, condition: Callable[[Picture], bool]) -> Picture:
+    """Wait until a picture that fulfils the condition has been shown; that picture."""
+    seen: list[Picture] = []
+
+    def fulfils(picture: Picture) -> bool:
+        seen[:] = [picture]
+        return condition(picture)
+
+    assert session.wait_for(fulfils, TIMEOUT)
+    return seen[0]
+
+
+def complete(picture: Picture) -> bool:
+    """Whether all that this picture shows has been computed."""
+    return not picture.computed.missing(wanted(picture.facts, picture.document))

@@ -10,10 +10,10 @@ from arm import RECORDED_JOINTS, options_for_the_arm, recording
 
 from rnnpb_explorer.app.page.server import App, start
 from rnnpb_explorer.app.page.session import Session
-from rnnpb_explorer.app.state.document import AppState
 from rnnpb_explorer.core.motion import format_motion
 
-from .wire_browser import TIMEOUT, WireBrowser
+from ..wire_browser import WireBrowser
+from .pictures import complete, until
 
 
 @pytest.fixture(scope="module")
@@ -36,23 +36,8 @@ def browser(app: App) -> Iterator[WireBrowser]:
 def session(app: App, browser: WireBrowser) -> Session:
     session = app.sessions[max(app.sessions)]
     until(session, complete)
+    browser.wait_for_all()
     return session
-
-
-def until(session: Session, condition: object) -> None:
-    assert session.wait_for(condition, TIMEOUT)  # type: ignore[arg-type]
-
-
-def complete(state: AppState) -> bool:
-    model = state.current
-    return (
-        model.motion is not None
-        and model.checked is not None
-        and model.motion.request == model.checked.request == model.motion_request
-        and model.landscape is not None
-        and model.landscape.request == model.landscape_request
-        and model.landscape.values.complete
-    )
 
 
 def html(browser: WireBrowser) -> str:
@@ -65,13 +50,11 @@ def test_map_landscape_and_robot_are_there(
     assert app.facts[0].joints == RECORDED_JOINTS
     assert app.facts[0].motions == ("bend", "turn", "wave")
     assert app.facts[0].data[0] is not None  # the recordings are the targets
-    assert {"/boards/map", "/boards/landscape"} <= set(browser.nodes)
-    landscape = session.state.current.landscape
-    assert landscape is not None
-    assert landscape.values.correlation.shape == (20, 20)
-    assert np.isfinite(landscape.values.correlation).all()
-    arm = [name for name in browser.nodes if name.startswith("/robot-0/")]
-    assert any(name.endswith("/a/b/c/d/slide") for name in arm)
+    assert browser.shown["MapShown"]["names"] == ["bend", "turn", "wave"]
+    assert np.isfinite(browser.shown["LandscapeShown"]["correlation"]).all()
+    assert any(name.endswith("/a/b/c/d/slide") for name in browser.nodes)
+    arm = browser.shown["RobotsShown"]["robots"][0]
+    assert set(arm["nodes"]) <= set(browser.nodes)
 
 
 def test_joints_without_a_match_are_on_the_screen(browser: WireBrowser, session: Session) -> None:
@@ -81,40 +64,30 @@ def test_joints_without_a_match_are_on_the_screen(browser: WireBrowser, session:
 
 
 def test_a_drag_moves_the_arm(browser: WireBrowser, session: Session) -> None:
-    browser.command("Play or pause")
-    until(session, lambda state: not state.playback.playing)
-    before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
-    x, y, z = browser.nodes["/boards/map"]["position"]
-    browser.drag("/boards/map", (x, y, z), (x, y + 0.1, z), (x, y + 0.2, z + 0.1))
-    until(session, lambda state: len(state.undo) == 1 and complete(state))
-    browser.wait_for(
-        lambda: any(
-            node.get("wxyz") != before.get(name)
-            for name, node in browser.nodes.items()
-            if name.startswith("/robot-0/")
-        )
-    )
+    before = browser.shown["MotionShown 0"]["angles"]
+    x, y = browser.shown["PuckShown"]["on_map"].tolist()
+    browser.drag("map", (x, y), (x + 0.3, y), (x + 0.5, y + 0.2))
+    browser.wait_for(lambda: not np.array_equal(browser.shown["MotionShown 0"]["angles"], before))
 
 
 def test_a_recording_is_recognised(browser: WireBrowser, session: Session) -> None:
     browser.upload("Upload a motion", "new.csv", format_motion(recording("new", 0.5)).encode())
-    until(session, lambda state: state.recognition.target is not None)
+    until(session, lambda picture: picture.document.target is not None)
     browser.set("Iterations", 20)
-    until(session, lambda state: state.recognition.iterations == 20)
+    until(session, lambda picture: picture.document.recognition.iterations == 20)
     browser.press("Start")
-    until(session, lambda state: state.recognition.status == "finished" and complete(state))
-    trace = session.state.recognition.trace
-    assert trace is not None
-    assert trace.loss.min() < trace.loss[0, 0]
+    done = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
+    assert done.trace is not None
+    assert done.trace.loss.min() < done.trace.loss[0, 0]
 
 
 def test_it_is_exported_and_has_no_naoqi(browser: WireBrowser, session: Session) -> None:
     browser.set("Format", "JSON")
-    until(session, lambda state: state.export.file_format == "json")
+    until(session, lambda picture: picture.document.export.file_format == "json")
     browser.press("Export the motion")
     browser.wait_for(lambda: any(name.endswith(".json") for name in browser.files))
     browser.set("Format", "NAOqi script")
-    until(session, lambda state: state.export.file_format == "naoqi")
+    until(session, lambda picture: picture.document.export.file_format == "naoqi")
     browser.press("Export the motion")
     browser.wait_for(
         lambda: any("NAOqi on Pepper has no joint" in said for said in browser.notices)

@@ -15,23 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 import viser
-from msgspec.structs import replace
 
 from rnnpb_explorer.app.page import uploads
 from rnnpb_explorer.app.page.panels.bound import HELD_SECONDS, Bound, on_click
 from rnnpb_explorer.app.page.panels.explore import PAGE, ExplorePanel
 from rnnpb_explorer.app.page.panels.help import TEXT
-from rnnpb_explorer.app.page.panels.joints import (
-    JointsPanel,
-    curves,
-    observed_frames,
-    shown_joints,
-)
-from rnnpb_explorer.app.page.panels.playback import PlaybackPanel
-from rnnpb_explorer.app.page.panels.readout import ReadoutPanel, readout
 from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
 from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
-from rnnpb_explorer.app.page.stage import stage_for
 from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, read_upload
 from rnnpb_explorer.app.page.words import target_label, window_label
 from rnnpb_explorer.app.state import intents as do
@@ -44,20 +34,16 @@ from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 from ..app_states import (
     FACTS,
-    JOINTS,
-    LANDSCAPE,
     MU,
     ONE_DIMENSION,
     TWELVE_DIMENSIONS,
-    Page,
     hand_on,
-    landscape_result,
     make_facts,
     make_target,
     make_trace,
     target_motion,
 )
-from .pictures import Clock, after, answered, broke_off, came_to, open_screen, opening
+from .pictures import Clock, after, answered, broke_off, came_to, open_screen
 
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
@@ -209,6 +195,17 @@ def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Fact
                 assert sent == [do.SetSigma(index, 0.25)]
 
 
+def test_a_motion_chosen_by_name_is_the_active_models_one(gui: viser.GuiApi) -> None:
+    facts = (FACTS[0], make_facts(2, "other", ("bow", "jump", "wave")))
+    sent: list[do.Intent] = []
+    panel = ExplorePanel(gui, facts, sent.append)
+    for index, motion in ((1, 2), (0, 0)):
+        panel.show(after(open_screen(facts), do.SelectModel(index)))
+        sent.clear()
+        hand(labelled(gui, "Motion"), "wave")
+        assert sent == [do.SelectMotion(motion)]
+
+
 def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
     ExplorePanel(gui, DETERMINISTIC, lambda _: None).show(open_screen(DETERMINISTIC))
     labels = [getattr(h, "label", "") for h in gui._gui_input_handle_from_uuid.values()]
@@ -249,42 +246,6 @@ def test_far_from_everything_learnt_the_panel_says_so(gui: viser.GuiApi) -> None
     assert "Extrapolating" not in panel._note.content
     panel.show(after(open_screen(), do.SetMu(0, 15.0)))
     assert "Extrapolating" in panel._note.content
-
-
-# --- playback ---
-def test_the_playback_widgets_follow_the_state(gui: viser.GuiApi) -> None:
-    clock = Clock()
-    panel = PlaybackPanel(gui, lambda _: None, clock)
-    picture = open_screen()
-    panel.show(picture)
-    assert labelled(gui, "Frame").max == 11
-    picture = after(picture, do.Seek(7), do.SetSpeed(2.0), do.SetLoop(False))
-    panel.show(picture)
-    assert labelled(gui, "Frame").value == 7
-    assert labelled(gui, "Speed ×").value == 2.0
-    assert labelled(gui, "Loop").value is False
-    assert labelled(gui, "Play") is not None
-    clock.now += 1.0
-    panel.show(answered(after(picture, do.SelectMotion(3))))
-    assert labelled(gui, "Frame").max == 20
-
-
-def test_the_playback_widgets_ask_for_absolute_values(gui: viser.GuiApi) -> None:
-    sent: list[do.Intent] = []
-    PlaybackPanel(gui, sent.append).show(open_screen())
-    hand(labelled(gui, "Frame"), 5)
-    hand(labelled(gui, "Speed ×"), 0.5)
-    hand(labelled(gui, "Loop"), False)
-    hand(labelled(gui, "Pause"))
-    assert sent == [do.Seek(5), do.SetSpeed(0.5), do.SetLoop(False), do.TogglePlaying()]
-
-
-def test_every_speed_of_the_state_fits_its_slider(gui: viser.GuiApi) -> None:
-    panel = PlaybackPanel(gui, lambda _: None)
-    for speed in (0.0, 99.0):
-        panel.show(after(open_screen(), do.SetSpeed(speed)))
-        slider = labelled(gui, "Speed ×")
-        assert slider.min <= slider.value <= slider.max
 
 
 # --- view ---
@@ -340,97 +301,6 @@ def test_the_motion_on_the_screen_can_be_downloaded(gui: viser.GuiApi) -> None:
     ViewPanel(gui, sent.append)
     hand(labelled(gui, "Download the motion (CSV)"))
     assert sent == [do.DownloadMotion()]
-
-
-# --- joints ---
-def test_the_chosen_joint_comes_first_and_then_its_neighbours() -> None:
-    reference = np.zeros((4, 5), np.float32)
-    assert shown_joints(JOINTS, "a", reference) == [0, 1, 2]
-    assert shown_joints(JOINTS, "e", reference) == [4, 2, 3]
-    assert shown_joints(("a",), "a", reference[:, :1]) == [0]
-
-
-def test_without_a_choice_the_joints_that_move_most_are_shown() -> None:
-    reference = np.zeros((4, 5), np.float32)
-    reference[1] = [0.1, 0.9, 0.3, -2.0, 0.2]
-    assert shown_joints(JOINTS, "", reference) == [3, 1, 2]
-    assert shown_joints(JOINTS, "of another robot", reference) == [3, 1, 2]
-
-
-@pytest.mark.parametrize(("generated", "target"), [(6, 6), (6, 3), (3, 6), (2, 9)])
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_curves_have_one_time_axis(generated: int, target: int, share: float) -> None:
-    ours = np.linspace(0, 1, generated, dtype=np.float32)
-    theirs = np.linspace(1, 2, target, dtype=np.float32)
-    frame = round(share * (generated - 1))
-    series, low, high = curves(ours, theirs, frame, fps=10.0, observed=2)
-    seconds, solid, dashed, cursor, *shade = series
-    assert {len(one) for one in series} == {max(generated, target) + 1}
-    assert (np.diff(seconds) > 0).all()  # uPlot needs rising times
-    assert low < 0.0
-    assert high > 2.0
-    kept = np.delete(np.arange(len(seconds)), frame + 1)  # without the cursor's second sample
-    np.testing.assert_allclose(seconds[kept], np.arange(max(generated, target)) / 10)
-    np.testing.assert_array_equal(solid[kept][:generated], ours)
-    np.testing.assert_array_equal(dashed[kept][:target], theirs)
-    assert np.isnan(solid[kept][generated:]).all()
-    assert np.isnan(dashed[kept][target:]).all()
-    assert np.flatnonzero(np.isfinite(cursor)).tolist() == [frame, frame + 1]
-    assert cursor[[frame, frame + 1]].tolist() == [low, high]
-    shaded = np.flatnonzero(np.nan_to_num(shade[0] - shade[1]) > 0)
-    assert (seconds[shaded] < 0.2).all()
-    assert len(shaded) >= 2
-
-
-def test_a_joint_that_never_moves_has_a_plot_with_height() -> None:
-    still = np.zeros(5, np.float32)
-    _, low, high = curves(still, still, 0, fps=10.0, observed=0)
-    assert low < 0.0 < high
-
-
-def test_what_is_observed_is_shaded_only_while_the_target_is_looked_at() -> None:
-    picture = after(open_screen(), do.SetTarget(make_target(10)))
-    assert observed_frames(open_screen(), 12) == 0
-    assert observed_frames(picture, 10) == 8
-    assert observed_frames(after(picture, do.SetUseTarget(False)), 10) == 0
-
-
-def test_the_joints_panel_shows_any_model(gui: viser.GuiApi) -> None:
-    facts = (FACTS[0], make_facts(2, "other", joints=("x", "y", "c", "d", "e")))
-    sent: list[do.Intent] = []
-    panel = JointsPanel(gui, facts[0].joints, sent.append, Clock())
-    panel.show(opening(facts))  # before any motion
-    picture = open_screen(facts)
-    panel.show(picture)
-    chooser = labelled(gui, "Joints")
-    picture = after(picture, do.SetJoint("b"))
-    panel.show(picture)
-    assert chooser.value == "b"
-    panel.show(after(picture, do.SelectModel(1)))  # which has no joint of that name
-    assert "x" in chooser.options
-    assert chooser.value in chooser.options
-    hand(chooser, "x")
-    hand(chooser, chooser.options[0])
-    assert sent == [do.SetJoint("x"), do.SetJoint("")]
-
-
-def test_curves_are_drawn_anew_only_for_what_they_show(
-    gui: viser.GuiApi, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn: list[str] = []
-    panel = JointsPanel(gui, JOINTS, lambda _: None, Clock())
-    monkeypatch.setattr(panel, "_draw", lambda plot, joint, *_: drawn.append(joint))
-    picture = answered(after(open_screen(), do.SetTarget(make_target()), do.SetPlaying(False)))
-    for _ in range(3):
-        panel.show(answered(picture))
-    assert len(drawn) == 3  # once, one a plot
-    panel.show(after(picture, do.Seek(3)))
-    assert len(drawn) == 6
-    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3))))
-    assert len(drawn) == 9
-    other = replace(make_target(), positions=bytes(200))
-    panel.show(answered(after(picture, do.SetMu(0, 0.7), do.Seek(3), do.SetTarget(other))))
-    assert len(drawn) == 12
 
 
 # --- recognise ---
@@ -626,17 +496,15 @@ def test_names_from_anywhere_stay_text(
     names = (name, "bow", "rest", "nod")
     facts = (make_facts(name=name, names=names, joints=joints, data=data),)
     panels: list[Any] = [
-        ReadoutPanel(gui),
         RecognisePanel(gui, facts, lambda _: None),
         ExplorePanel(gui, facts, lambda _: None),
-        JointsPanel(gui, facts[0].joints, lambda _: None),
         ViewPanel(gui, lambda _: None),
     ]
     upload, _ = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
     assert isinstance(upload, do.SetTarget)
     uploaded = after(open_screen(facts), upload)
     running = after(uploaded, do.StartRecognition())
-    for picture in (open_screen(facts), answered(uploaded), broke_off(running, f"cell {name}")):
+    for picture in (answered(uploaded), broke_off(running, f"cell {name}")):
         for panel in panels:
             panel.show(picture)
         assert not any(name in handle.content for handle in markdown)
@@ -674,8 +542,6 @@ def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
     picture, sent = open_screen(), Queue[do.Intent]()
     for panel in (
         ExplorePanel(gui, FACTS, sent.put),
-        PlaybackPanel(gui, sent.put),
-        JointsPanel(gui, FACTS[0].joints, sent.put),
         RecognisePanel(gui, FACTS, sent.put),
         ViewPanel(gui, sent.put),
     ):
@@ -698,33 +564,12 @@ def at_once(register: Callable[..., Any], hasty: list[str]) -> Callable[..., Any
 
 
 def test_the_help_speaks_of_the_screen_as_it_is() -> None:
-    stage = stage_for(1)
-    assert stage.map_board.center[2] > stage.landscape_board.center[2]
-    assert "**PB map** (the upper board)" in TEXT
-    assert "**landscape** (the lower one)" in TEXT
     for suffix, word in {".csv": "CSV", ".json": "JSON", ".py": "NAOqi script"}.items():
         assert suffix in SUFFIXES
         assert word in TEXT
 
 
 # --- words ---
-def test_the_readout_says_complete_only_of_what_is_asked_for() -> None:
-    picture = open_screen()
-    assert readout(picture).startswith("Landscape 20×20 complete: mean 0.000")
-    moved = after(picture, do.SetMu(2, 0.9))  # the newer one has not come
-    assert readout(moved).startswith("Landscape coarse")
-    assert readout(opening()) == "Landscape …"
-
-
-def test_a_landscape_that_comes_late_is_not_called_complete() -> None:
-    page = Page().compute()
-    late = page.wanted[LANDSCAPE]
-    page.do(do.SetMu(2, 0.9)).deliver(LANDSCAPE, landscape_result(), work=late)
-    assert readout(page.picture).startswith("Landscape coarse")
-    page.compute().deliver(LANDSCAPE, landscape_result(), work=late)
-    assert readout(page.picture).startswith("Landscape 20×20 complete")
-
-
 def test_the_target_is_called_by_its_name() -> None:
     assert target_label(open_screen()) == "wave (own reconstruction, σ = 0)"
     data = (make_facts(data=(target_motion(), None, None, None)),)

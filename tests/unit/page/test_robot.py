@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import viser
 from arm import write_arm
-from msgspec import structs
 
 from rnnpb_explorer.app.page.panels.robot import (
     INSISTED,
@@ -21,7 +20,8 @@ from rnnpb_explorer.app.page.panels.robot import (
     report_html,
 )
 from rnnpb_explorer.app.page.panels.view import ViewPanel
-from rnnpb_explorer.app.page.robots import Robots, robot_names
+from rnnpb_explorer.app.page.robot_nodes import add_robot
+from rnnpb_explorer.app.page.robots import ROOT, RobotNames, robot_names, robots_shown
 from rnnpb_explorer.app.page.stage import stage_for
 from rnnpb_explorer.app.page.uploads import read_upload
 from rnnpb_explorer.app.page.words import light_words, safety_lines
@@ -32,14 +32,14 @@ from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.results import ExportedFile
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.app.state.wanted import export_work
+from rnnpb_explorer.app.state.wanted import export_work, eyes_of, wanted
 from rnnpb_explorer.core.motion import format_motion
 from rnnpb_explorer.robot.description import Robot, load_robot, match_joints
 from rnnpb_explorer.robot.export import export_motion
 from rnnpb_explorer.robot.pepper import EYE_COLUMNS
 from rnnpb_explorer.robot.safety_report import SafetyReport, Violation
 
-from ..app_states import FACTS, JOINTS, Page, make_facts, target_motion
+from ..app_states import FACTS, JOINTS, Page, make_facts, make_target, motion_of, target_motion
 from .pictures import after, answered, checked, open_screen
 
 PAIR = (make_facts(name="one"), make_facts(name="two"))
@@ -127,6 +127,17 @@ def test_until_a_new_motion_is_checked_the_light_stays(gui: viser.GuiApi, arm: R
 
 
 # --- raw and limited ---
+def test_the_limited_motion_is_made_only_while_it_is_seen_and_of_the_active_model() -> None:
+    def checks(*asked: do.DocumentIntent) -> list[str]:
+        works = wanted(PAIR, after(open_screen(PAIR), *asked).document)
+        return [motion_of(works, index).check for index in (0, 1)]
+
+    assert checks() == ["report", "report"]
+    assert checks(do.SetSideBySide(True)) == ["limited", "report"]
+    assert checks(do.SetSideBySide(True), do.SelectModel(1)) == ["report", "limited"]
+    assert checks(do.SetSideBySide(True), do.SetSideBySide(False)) == ["report", "report"]
+
+
 @pytest.mark.parametrize(
     ("facts", "names"),
     [(FACTS, ["raw", "limited"]), (PAIR, ["one, raw", "two", "one, limited"])],
@@ -138,23 +149,37 @@ def test_each_robot_says_which_it_is(facts: Facts, names: list[str]) -> None:
     assert robot_names(after(picture, do.SetSideBySide(True))) == names
 
 
-def test_a_second_robot_comes_and_goes(scene: viser.SceneApi, arm: Robot) -> None:
-    robots = Robots(scene, arm, FACTS, stage_for(2).robots, 1.2)
+def test_a_robot_each_and_one_within_the_limits(scene: viser.SceneApi, arm: Robot) -> None:
+    spots = stage_for(3, 0.5, 1.2).robots
+    add_robot(scene, arm, ROOT)
+    shown = robots_shown(arm, PAIR, spots, limited_of=1).robots
+    assert [one.copy_of for one in shown] == [None, 0, 0]
+    np.testing.assert_allclose([one.spot for one in shown], spots)
+    assert len(robots_shown(arm, PAIR, spots, limited_of=None).robots) == 2
+    assert arm.tree.frames[0].joint == "a"  # turns about z
+    assert (shown[0].columns[0], shown[0].axes[0].tolist()) == (JOINTS.index("a"), [0, 0, 1])
+
+
+def test_names_come_and_go(scene: viser.SceneApi) -> None:
+    spots = stage_for(2, 0.5, 1.2).robots
+    names = RobotNames(scene, 1.2)
     picture = after(open_screen(), do.SetSideBySide(True))
-    robots.show(checked(picture, FAST, limited=0.4))
-    assert robots._limited is not None
-    raw, limited = robots._views[0], robots._limited
-    assert not np.allclose(raw._wxyz, limited._wxyz)
-    frame = arm.tree.frames[0]  # joint a turns about z
-    assert frame.joint == "a"
-    np.testing.assert_allclose(limited._wxyz[0], [np.cos(0.2), 0, 0, np.sin(0.2)], atol=1e-6)
-    assert [label.text for label in robots._labels.values()] == ["raw", "limited"]
-    robots.show(after(picture, do.SetSideBySide(False)))
-    assert robots._limited is None
-    assert robots._labels == {}
+    names.show(picture, spots)
+    assert [label.text for label in names._labels.values()] == ["raw", "limited"]
+    names.show(after(picture, do.SetSideBySide(False)), spots)
+    assert names._labels == {}
 
 
 # --- export ---
+def test_what_is_on_the_screen_is_exported() -> None:
+    picture = after(open_screen(), do.SetMu(0, 0.7), do.SetExportOption("file_format", "json"))
+    work = export_work(FACTS, picture.document)
+    assert (work.motion.pb, work.motion.steps) == (picture.choice.latent.pb, 12)
+    assert (work.name, work.options) == ("wave tiny", ExportOptions("json"))
+    other = after(picture, do.SetExportOption("file_format", "bvh"))
+    assert other.document == picture.document  # no such format
+
+
 def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Robot) -> None:
     panel = RobotPanel(gui, FACTS, arm, lambda _: None)
     picture = checked(open_screen(), FAST)
@@ -190,6 +215,27 @@ def with_eyes() -> Picture:
     return after(open_screen(), do.SetTarget(target_of_motion(target_motion(), TRACK)))
 
 
+def test_the_targets_colours_are_shown_while_it_is_compared_with() -> None:
+    def colours(*asked: do.DocumentIntent) -> object:
+        return eyes_of(FACTS, after(with_eyes(), *asked).document, 0)
+
+    shown = colours()
+    assert isinstance(shown, np.ndarray)
+    np.testing.assert_allclose(shown, TRACK, atol=0.5 / 255)
+    assert colours(do.SetUseTarget(False)) is None
+    assert colours(do.ClearTarget()) is None
+    assert colours(do.SetTarget(make_target())) is None  # it has none of its own
+
+
+def test_the_datas_colours_go_with_the_motion() -> None:
+    facts = (replace(FACTS[0], eyes=(None, TRACK, None, None)),)
+    opened = open_screen(facts)
+    assert eyes_of(facts, opened.document, 0) is None
+    assert eyes_of(facts, after(opened, do.SelectMotion(1)).document, 0) is TRACK
+    given = after(opened, do.SelectMotion(1), do.SetTarget(make_target()))
+    assert eyes_of(facts, given.document, 0) is None  # the target has no colours
+
+
 def test_the_switch_is_there_only_with_a_track(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
     panel = ViewPanel(gui, sent.append, has_eyes=True)
@@ -200,27 +246,6 @@ def test_the_switch_is_there_only_with_a_track(gui: viser.GuiApi) -> None:
     blind = ViewPanel(gui, sent.append)
     blind.show(with_eyes())
     assert not blind._eyes.handle.visible
-
-
-def test_the_eyes_follow_the_motion_and_rest_without(scene: viser.SceneApi) -> None:
-    pepper = load_robot("pepper")
-    robots = Robots(scene, pepper, FACTS, stage_for(2).robots, 1.2)
-    assert robots.have_eyes
-    eyes = robots._views[0]._eyes
-    assert eyes is not None
-    robots.show(open_screen())
-    rest = np.array(eyes.batched_colors)
-    picture = after(with_eyes(), do.SetPlaying(False))
-    colors = []
-    for phase in (0.0, 1.0):
-        playback = structs.replace(picture.document.playback, phase=phase)
-        document = structs.replace(picture.document, playback=playback)
-        robots.show(replace(picture, document=document))
-        colors.append(np.array(eyes.batched_colors))
-    for seen, frame in zip(colors, (TRACK[0], TRACK[-1]), strict=True):
-        assert np.corrcoef(seen.ravel(), frame.ravel())[0, 1] > 0.999
-    robots.show(after(picture, do.SetEyes(False)))
-    np.testing.assert_array_equal(eyes.batched_colors, rest)
 
 
 def led_csv(value: str = "0.5") -> bytes:

@@ -21,7 +21,7 @@ from rnnpb_explorer.app.page.server import (
     liveliest,
     load_models,
     model_names,
-    opening_state,
+    opening,
     start,
     unmatched_joints,
 )
@@ -33,7 +33,7 @@ from rnnpb_explorer.core.model import RNNPB, ModelInfo
 from rnnpb_explorer.core.motion import Motion, MotionLabel, write_motion
 from rnnpb_explorer.robot.description import load_robot
 
-from .app_states import after
+from ..app_states import after, make_target
 
 
 @pytest.fixture
@@ -216,33 +216,6 @@ def test_data_becomes_the_target_of_motions_with_its_names(
     assert facts.lengths == (12, 9, 15)
 
 
-@pytest.mark.parametrize("named", [True, False])
-def test_columns_of_the_data_stand_in_any_order(
-    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path, named: bool
-) -> None:
-    folder = tmp_path / "data"
-    folder.mkdir()
-    for name in ("bow", "rest", "wave"):
-        (folder / f"{name}.csv").write_text("e,spare,d,c,b,a\n" + "5,9,4,3,2,1\n" * 4)
-    if not named:
-        tiny_model.info = ModelInfo(joints=tiny_model.info.joints, fps=20.0)
-    (facts,) = describe_models((tiny_model,), replace(options, data=str(folder)))
-    for motion in facts.data:
-        assert motion is not None
-        assert motion.joints == facts.joints == ("a", "b", "c", "d", "e")
-        np.testing.assert_array_equal(motion.positions[0], [1, 2, 3, 4, 5])
-
-
-def test_data_that_lack_a_joint_of_the_model_are_refused(
-    tiny_model: RNNPB, options: ServerOptions, tmp_path: Path
-) -> None:
-    folder = tmp_path / "data"
-    folder.mkdir()
-    (folder / "bow.csv").write_text("a,b,c,d\n1,2,3,4\n1,2,3,4\n")
-    with pytest.raises(InputError, match=r"bow\.csv has no column for e"):
-        describe_models((tiny_model,), replace(options, data=str(folder)))
-
-
 def test_eye_colours_come_with_the_data(
     tiny_model: RNNPB,
     options: ServerOptions,
@@ -289,16 +262,16 @@ def test_it_opens_with_a_motion_by_name_or_index(
     tiny_model: RNNPB, options: ServerOptions, motion: str | None, index: int
 ) -> None:
     facts = describe_models((tiny_model,), options)
-    state = opening_state(facts, tiny_model, replace(options, motion=motion, seed=7))
-    assert state.current.latent.motion == index
-    assert state.seed == 7
+    document = opening(facts, tiny_model, replace(options, motion=motion, seed=7))
+    assert document.current.latent.motion == index
+    assert document.seed == 7
 
 
 def test_a_motion_that_there_is_not_is_refused(tiny_model: RNNPB, options: ServerOptions) -> None:
     facts = describe_models((tiny_model,), options)
     for motion in ("jump", "3", "-1", ""):
         with pytest.raises(InputError):
-            opening_state(facts, tiny_model, replace(options, motion=motion))
+            opening(facts, tiny_model, replace(options, motion=motion))
 
 
 def test_a_name_that_came_with_the_data_opens_as_well(
@@ -306,13 +279,13 @@ def test_a_name_that_came_with_the_data_opens_as_well(
 ) -> None:
     options = replace(options, data=str(data_folder), motion="rest")
     facts = describe_models((nameless,), options)
-    assert opening_state(facts, nameless, options).current.latent.motion == 1
+    assert opening(facts, nameless, options).current.latent.motion == 1
 
 
 @pytest.mark.parametrize("frame", [0, 3, 11])
 def test_it_opens_paused_at_a_frame(tiny_model: RNNPB, options: ServerOptions, frame: int) -> None:
     facts = describe_models((tiny_model,), options)
-    playback = opening_state(facts, tiny_model, replace(options, frame=frame)).playback
+    playback = opening(facts, tiny_model, replace(options, frame=frame)).playback
     assert not playback.playing
     assert playback.phase == pytest.approx(frame / 11)
 
@@ -323,25 +296,17 @@ def test_a_frame_that_there_is_not_is_refused(
 ) -> None:
     facts = describe_models((tiny_model,), options)
     with pytest.raises(InputError, match="0 to 11"):
-        opening_state(facts, tiny_model, replace(options, frame=frame))
+        opening(facts, tiny_model, replace(options, frame=frame))
 
 
-def test_it_opens_with_a_state_code(
-    tiny_model: RNNPB, options: ServerOptions, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_it_opens_with_a_state_code(tiny_model: RNNPB, options: ServerOptions) -> None:
     facts = describe_models((tiny_model,), options)
-    state = after(facts, opening_state(facts, tiny_model, options), do.SelectMotion(2))
-    code = encode(facts, after(facts, state, do.SetMu(0, 0.625)))
-    opened = opening_state(facts, tiny_model, replace(options, state_code=code))
-    assert opened.current.latent.motion == 2
-    assert opened.current.latent.mu[0] == 0.625
-    assert not caplog.records
-    given = Motion("given", facts[0].joints, np.zeros((20, 5), np.float32), 25.0)
-    code = encode(facts, after(facts, state, do.SetTarget(given)))
-    opening_state(facts, tiny_model, replace(options, state_code=code))
-    assert "made with an uploaded motion, which it does not hold" in caplog.text
+    document = opening(facts, tiny_model, options)
+    given = make_target(20, joints=facts[0].joints)
+    document = after(facts, document, do.SelectMotion(2), do.SetMu(0, 0.625), do.SetTarget(given))
+    assert opening(facts, tiny_model, replace(options, state_code=encode(document))) == document
     with pytest.raises(InputError):
-        opening_state(facts, tiny_model, replace(options, state_code="nonsense"))
+        opening(facts, tiny_model, replace(options, state_code="nonsense"))
 
 
 def test_it_opens_with_the_liveliest_motion(tiny_model: RNNPB) -> None:

@@ -16,20 +16,20 @@ from rnnpb_explorer.app.page import server as server_module
 from rnnpb_explorer.app.page import session as session_module
 from rnnpb_explorer.app.page.screen import Screen
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
-from rnnpb_explorer.app.page.session import LOST, STOPPED, Event, Session
+from rnnpb_explorer.app.page.session import NOT_KEPT, STOPPED, Event, Session
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.document import Document
+from rnnpb_explorer.app.state.document import MAX_ITERATIONS, Document
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
-from rnnpb_explorer.app.state.statecode import PREFIX
+from rnnpb_explorer.app.state.statecode import PREFIX, decode, encode
 from rnnpb_explorer.app.state.update import update
-from rnnpb_explorer.app.state.wanted import wanted
 from rnnpb_explorer.core.checkpoint import load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 
 from ..wire_browser import TIMEOUT, WireBrowser
+from .pictures import complete, until
 
 NAMES = ("wave", "bow", "rest")
 
@@ -67,37 +67,19 @@ def open_browser(app: App) -> Iterator[Open]:
     """Open browsers, each with the session that serves it, its screen complete."""
     opened: list[WireBrowser] = []
 
-    def open_one(
-        storage: dict[str, str] | None = None, of: App = app
-    ) -> tuple[WireBrowser, Session]:
+    def open_one(tab: dict[str, str] | None = None, of: App = app) -> tuple[WireBrowser, Session]:
         before = set(of.sessions)
-        browser = WireBrowser(of.url, storage)
+        browser = WireBrowser(of.url, tab)
         opened.append(browser)
         browser.widget("Motion")  # the session builds its screen
         session = of.sessions[max(set(of.sessions) - before)]
         until(session, complete)
+        browser.wait_for_all()
         return browser, session
 
     yield open_one
     for browser in opened:
         browser.leave()
-
-
-def until(session: Session, condition: Callable[[Picture], bool]) -> Picture:
-    """Wait until a picture that fulfils the condition has been shown; that picture."""
-    seen: list[Picture] = []
-
-    def fulfils(picture: Picture) -> bool:
-        seen[:] = [picture]
-        return condition(picture)
-
-    assert session.wait_for(fulfils, TIMEOUT)
-    return seen[0]
-
-
-def complete(picture: Picture) -> bool:
-    """Whether all that this picture shows has been computed."""
-    return not picture.computed.missing(wanted(picture.facts, picture.document))
 
 
 def now(session: Session) -> Picture:
@@ -133,6 +115,13 @@ def shown(picture: Picture) -> list[str]:
     return [facts.motions[model.latent.motion] for facts, model in pairs]
 
 
+def kept(browser: WireBrowser, session: Session) -> dict[str, str]:
+    """What the tab keeps, once it is what is on the screen."""
+    code = encode(session.document)
+    browser.wait_for(lambda: browser.tab.get("document") == code)
+    return browser.tab
+
+
 def upload(browser: WireBrowser, motion: Motion, name: str = "mine.csv") -> None:
     browser.upload("Upload a motion", name, format_motion(motion).encode())
 
@@ -148,28 +137,23 @@ def target(checkpoint: Path) -> Motion:
 
 # --- one browser ---
 def test_the_screen_opens_with_a_motion_that_plays(open_browser: Open, app: App) -> None:
-    browser, session = open_browser()
+    browser, _ = open_browser()
     assert browser.widget("Motion")["value"] == "wave"
     assert browser.widget("μ 1")["value"] == pytest.approx(app.facts[0].mu[0, 0], abs=0.01)
-    until(session, lambda picture: picture.document.playback.phase > 0)
-    assert "/boards/map" in browser.nodes
-    assert "/boards/landscape" in browser.nodes
-    assert any(name.startswith("/robot-0/") for name in browser.nodes)
+    browser.wait_for(lambda: browser.shown["PlaybackShown"]["playing"] is True)
+    assert browser.shown["MapShown"]["names"] == list(NAMES)
+    assert set(browser.shown["RobotsShown"]["robots"][0]["nodes"]) <= set(browser.nodes)
+    assert browser.shown["MotionShown 0"]["angles"].shape == (12, 17)
 
 
-def test_the_robot_moves_on_the_screen(open_browser: Open) -> None:
+def test_a_page_that_plays_gets_no_message(open_browser: Open) -> None:
     browser, session = open_browser()
-    browser.command("Play or pause")
-    until(session, lambda picture: not picture.document.playback.playing)
-    browser.set("Frame", 3)
+    kept(browser, session)  # the last of what is written late
+    before = browser.messages
+    browser.ask("SetPlaying", playing=False, frame=3.0)
     until(session, lambda picture: picture.document.playback.phase == pytest.approx(3 / 11))
-    before = {name: node.get("wxyz") for name, node in browser.nodes.items()}
-    browser.set("Frame", 9)
-    browser.wait_for(
-        lambda: any(node.get("wxyz") != before.get(name) for name, node in browser.nodes.items())
-    )
-    moved = [n for n, node in browser.nodes.items() if node.get("wxyz") != before.get(n)]
-    assert all(name.startswith("/robot-0/") for name in moved)
+    kept(browser, session)
+    assert browser.messages == before + 1  # the document, for the tab
 
 
 def test_a_slider_moves_mu_and_the_motion(open_browser: Open) -> None:
@@ -184,22 +168,36 @@ def test_a_drag_on_the_map_moves_the_puck_to_the_pointer(open_browser: Open, app
     browser, session = open_browser()
     board = app.facts[0].latent_map
     before = board.project(session.document.current.latent.mu)
-    node = browser.nodes["/boards/map"]
-    place = node["position"]
-    through = [(place[0], place[1] + y, place[2]) for y in (0.0, 0.05, 0.1)]
-    browser.drag("/boards/map", *through)
+    browser.drag("map", (0.1, 0.2), (0.3, 0.2), (0.25, -0.4))
     until(session, lambda picture: steps(session) == 1 and complete(picture))
+    browser.wait_for(lambda: browser.shown["PuckShown"]["heard"] == 3)
+    np.testing.assert_allclose(browser.shown["PuckShown"]["on_map"], [0.25, -0.4], atol=1e-6)
     after = board.project(session.document.current.latent.mu)
-    assert not np.allclose(after[:2], before[:2])
+    np.testing.assert_allclose(after[:2], [0.25, -0.4])
     np.testing.assert_allclose(after[2:], before[2:], atol=1e-9)
-    at = np.array(browser.nodes["/boards/map-puck"]["position"])
-    eye = np.array([4.0, 0.0, 1.0])
-    ray = np.array(through[-1]) - eye
-    pointer = eye + (at[0] - eye[0]) / ray[0] * ray
-    np.testing.assert_allclose(at[1:], pointer[1:], atol=0.01)
-    browser.command("Undo")
+    browser.ask("Undo")
     until(session, lambda _: not steps(session))
     np.testing.assert_allclose(board.project(session.document.current.latent.mu), before)
+
+
+def test_nonsense_from_a_page_costs_that_message_alone(open_browser: Open) -> None:
+    browser, session = open_browser()
+    before = session.document
+    for payload in (
+        "",
+        "{}",
+        '{"type":"SelectMotion"}',
+        '{"type":"Seek","frame":1e400}',
+        "[" * 999,
+    ):
+        browser.say({"type": "RnnpbAsked", "payload": payload})
+    browser.ask("SelectMotion", model=0, index=999_999)
+    browser.ask("MoveOnLandscape", model=0, axes=["PC1"], to=[1.0], gesture=1, number=1, done=True)
+    browser.ask("SelectMotion", model=0, index=1)
+    until(session, lambda picture: picture.choice.latent.motion == 1)
+    assert steps(session) == 1
+    browser.ask("Undo")
+    until(session, lambda picture: picture.document == before)
 
 
 def test_a_motion_is_chosen_from_the_list(open_browser: Open, app: App) -> None:
@@ -207,7 +205,7 @@ def test_a_motion_is_chosen_from_the_list(open_browser: Open, app: App) -> None:
     browser.set("Motion", "rest")
     until(session, lambda picture: picture.choice.latent.motion == 2 and complete(picture))
     assert session.document.current.latent.mu == tuple(app.facts[0].mu[2].tolist())
-    browser.wait_for(lambda: browser.widget("Frame")["max"] == 14)
+    browser.wait_for(lambda: len(browser.shown["MotionShown 0"]["angles"]) == 15)
 
 
 def test_an_upload_is_recognised(open_browser: Open, target: Motion) -> None:
@@ -261,19 +259,19 @@ def test_an_export_arrives_and_can_be_uploaded_again(open_browser: Open) -> None
 
 
 def test_the_limited_robot_comes_back_after_a_reload(open_browser: Open) -> None:
-    storage: dict[str, str] = {}
-    browser, session = open_browser(storage)
-    assert not any(name.startswith("/robot-1") for name in browser.nodes)
+    browser, session = open_browser()
+    assert len(browser.shown["RobotsShown"]["robots"]) == 1
     browser.set("Side by side", True)
-    until(session, lambda picture: picture.document.side_by_side and complete(picture))
-    checked = now(session).checked
+    checked = until(
+        session, lambda picture: picture.document.side_by_side and complete(picture)
+    ).checked
     assert checked is not None
     assert checked.limited is not None
-    browser.wait_for(lambda: "/robot-1" in browser.nodes)
+    browser.wait_for(lambda: "MotionShown 1" in browser.shown)
+    tab = kept(browser, session)
     browser.leave()
-    again, session = open_browser(storage)
-    again.wait_for(lambda: "/robot-1" in again.nodes)
-    assert session.document.side_by_side
+    again, session = open_browser(tab)
+    again.wait_for(lambda: len(again.shown["RobotsShown"]["robots"]) == 2)
     again.wait_for(lambda: again.widget("Side by side")["value"])
 
 
@@ -370,8 +368,7 @@ def test_a_result_that_comes_late_is_not_shown_as_current(
     open_browser: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     browser, session = open_browser()
-    browser.command("Play or pause")
-    before = until(session, lambda picture: not picture.document.playback.playing)
+    before = now(session)
     late = dict(before.computed.entries)
     browser.set("μ 3", 0.75)  # across the landscape
     moved = until(session, lambda picture: mu(picture)[2] == 0.75 and complete(picture))
@@ -385,8 +382,8 @@ def test_a_result_that_comes_late_is_not_shown_as_current(
     monkeypatch.setattr(Screen, "show", noting)
     for slot, entry in late.items():
         session.send(Delivered(slot, entry.work, entry.result, done=True))
-    browser.set("Frame", 3)  # comes after them
-    end = until(session, lambda picture: picture.frame() == 3)
+    browser.ask("Seek", frame=3.0)  # comes after them
+    end = until(session, lambda picture: not picture.document.playback.playing)
     assert all(picture.landscape_complete for picture in shown)
     assert end.motion() is moved.motion()
     assert end.landscape == moved.landscape
@@ -397,15 +394,13 @@ def test_what_was_answered_while_it_was_not_wanted_comes_all_the_same(
 ) -> None:
     """Somebody goes away and back while the answer waits to be heard of."""
     browser, session = open_browser()
-    browser.command("Play or pause")
-    until(session, lambda picture: not picture.document.playback.playing and complete(picture))
     here = mu(now(session))[2]
     held: list[Event] = []
     answered, next_events = threading.Event(), Session._next_events
 
-    def holding(of: Session, wait: float | None) -> list[Event]:
+    def holding(of: Session) -> list[Event]:
         """Only with the answers do the two moves before and after them come, all at once."""
-        events = next_events(of, wait)
+        events = next_events(of)
         if of is not session or answered.is_set():
             return events
         mine = [event for event in events if isinstance(event, Delivered)]
@@ -445,20 +440,70 @@ def test_each_browser_has_a_session_of_its_own(open_browser: Open) -> None:
     assert first is not second
 
 
-def test_a_reload_brings_the_same_screen_back(open_browser: Open) -> None:
+def test_a_reload_brings_the_same_screen_back(open_browser: Open, target: Motion) -> None:
     browser, session = open_browser()
+    upload(browser, target)
     browser.set("μ 1", 0.125)
-    until(session, lambda picture: mu(picture)[0] == 0.125)
+    browser.set("Warm start", "baseline: μ = 0")
+    until(session, lambda picture: picture.document.recognition.init == "baseline")
+    until(session, lambda picture: picture.document.target is not None)
+    until(session, lambda picture: mu(picture)[0] == 0.125 and complete(picture))
+    tab, before = kept(browser, session), session.document
     browser.leave()
-    again, session = open_browser(browser.storage)
-    assert session.document.current.latent.mu[0] == 0.125
-    assert again.widget("μ 1")["value"] == pytest.approx(0.125, abs=0.01)
+    again, session = open_browser(tab)
+    until(session, lambda picture: picture.document == before)
+    again.wait_for(lambda: again.widget("μ 1")["value"] == pytest.approx(0.125, abs=0.01))
     _, stranger = open_browser()
     assert stranger.document.current.latent.mu[0] != 0.125
 
 
+def test_another_server_gets_the_document_back(checkpoint: Path, open_browser: Open) -> None:
+    browser, session = open_browser()
+    browser.set("μ 1", 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
+    tab = kept(browser, session)
+    running = start(ServerOptions(checkpoints=(str(checkpoint),), port=0))
+    try:
+        _, session = open_browser(tab, of=running)
+        until(session, lambda picture: mu(picture)[0] == 0.125)
+    finally:
+        running.stop()
+
+
+def test_a_page_that_played_on_by_itself_is_not_set_back(open_browser: Open) -> None:
+    browser, session = open_browser()
+    played = {"playing": True, "frame": 5.5, "speed": 2.0, "loop": False}
+    browser.hello(played)
+    until(session, lambda picture: picture.document.playback.speed == 2.0)
+    playback = session.document.playback
+    assert (playback.phase, playback.loop, playback.playing) == (0.5, False, True)
+    kept(browser, session)
+    assert browser.shown["PlaybackShown"]["speed"] == 1.0  # nothing newer was sent
+
+
+def test_what_a_tab_keeps_is_checked_like_any_input(open_browser: Open) -> None:
+    browser, session = open_browser({"document": "rnnpb2-nonsense"})
+    browser.wait_for(lambda: any("damaged" in notice for notice in browser.notices))
+    assert complete(now(session))
+
+
+def test_an_upload_too_long_for_the_tab_is_not_kept_and_says_so(
+    open_browser: Open, target: Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session_module.asked, "MAX_DOCUMENT", 1500)
+    browser, session = open_browser()
+    upload(browser, target)
+    until(session, lambda picture: picture.document.target is not None)
+    browser.wait_for(lambda: NOT_KEPT in browser.notices)
+    browser.set("μ 1", 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
+    without = encode(replace(session.document, target=None))
+    browser.wait_for(lambda: browser.tab["document"] == without)
+    assert browser.notices.count(NOT_KEPT) == 1
+
+
 def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
-    open_browser: Open, target: Motion
+    open_browser: Open, target: Motion, app: App
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
@@ -469,64 +514,12 @@ def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
     until(
         session, lambda picture: picture.run_status == "running" and picture.document.run.done > 0
     )
+    browser.wait_for(lambda: decode(app.facts, browser.tab["document"]).run is not None)
     leave(browser, session)
-    _, session = open_browser(browser.storage)
+    _, session = open_browser(browser.tab)
     end = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
     assert end.trace is not None
     assert end.trace.loss.shape == (300, 10)
-
-
-def test_each_of_two_pages_of_a_browser_gets_its_own_screen_back(open_browser: Open) -> None:
-    storage: dict[str, str] = {}
-    pages = [open_browser(storage) for _ in range(2)]
-    for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
-        page.set("μ 1", value)
-        until(session, lambda picture, value=value: mu(picture)[0] == value)
-    for value, (page, session) in zip((0.125, 0.25), pages, strict=True):
-        leave(page, session)
-        page, again = open_browser(storage)
-        assert again.document.current.latent.mu[0] == value
-    # A third one finds none that was closed.
-    page.set("μ 1", 0.375)
-    until(again, lambda picture: mu(picture)[0] == 0.375)
-    _, third = open_browser(storage)
-    assert third.document.current.latent.mu[0] == 0.375
-
-
-def test_a_second_page_begins_with_what_the_first_one_shows(open_browser: Open) -> None:
-    storage: dict[str, str] = {}
-    page, session = open_browser(storage)
-    page.set("μ 1", 0.125)
-    until(session, lambda picture: mu(picture)[0] == 0.125)
-    _, second = open_browser(storage)
-    assert second.document.current.latent.mu[0] == 0.125
-
-
-def test_a_page_that_is_reloaded_again_before_it_shows_anything_loses_nothing(
-    app: App, open_browser: Open, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    page, session = open_browser()
-    page.set("μ 1", 0.125)
-    until(session, lambda picture: mu(picture)[0] == 0.125)
-    leave(page, session)
-    session.join(TIMEOUT)  # so that it shows nothing any more
-    building, go_on = threading.Event(), threading.Event()
-
-    def slow(screen: Screen, picture: Picture) -> None:
-        if mu(picture)[0] == 0.125:
-            building.set()
-            assert go_on.wait(TIMEOUT)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Screen, "show", slow)
-        hasty = WireBrowser(app.url, page.storage)
-        assert building.wait(TIMEOUT)
-        session = app.sessions[max(app.sessions)]
-        leave(hasty, session)
-        go_on.set()
-        session.join(TIMEOUT)
-    _, session = open_browser(page.storage)
-    assert session.document.current.latent.mu[0] == 0.125
 
 
 def test_no_more_pages_than_the_server_takes(
@@ -543,7 +536,7 @@ def test_no_more_pages_than_the_server_takes(
         assert list(running.sessions.values()) == [session]
         leave(first, session)
         second.leave()
-        WireBrowser(running.url, second.storage).widget("Motion")
+        WireBrowser(running.url).widget("Motion")
     finally:
         running.stop()
 
@@ -577,11 +570,12 @@ def stop_and_reload(
     """Move mu 1, which goes well, then mu 2, which meets the fault; the page is as before it."""
     browser.set("μ 1", 0.125)
     until(session, lambda picture: mu(picture)[0] == 0.125)
+    kept(browser, session)
     browser.set("μ 2", 0.5)
     has_stopped(browser)
     browser.leave()
-    again, session = open_browser(browser.storage)
-    assert session.document.current.latent.mu[0] == 0.125
+    again, session = open_browser(browser.tab)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
     return again, session
 
 
@@ -613,107 +607,59 @@ def test_a_state_that_cannot_be_shown_is_not_kept(
     assert again.notices == []
 
 
-def test_a_kept_screen_that_cannot_be_built_gives_way_to_the_opening_one(
-    open_browser: Open, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    reset_view = Screen.reset_view
-    browser, session = open_browser()
-    opening = session.document.current.latent.mu[0]
-    browser.set("μ 1", 0.125)
-    until(session, lambda picture: mu(picture)[0] == 0.125)
-    leave(browser, session)
-    built: list[Screen] = []
-
-    def fails(screen: Screen) -> None:
-        """At the end of building the first one."""
-        built.append(screen)
-        if len(built) == 1:
-            raise ZeroDivisionError("made for a test")
-        reset_view(screen)
-
-    monkeypatch.setattr(Screen, "reset_view", fails)
-    again, session = open_browser(browser.storage)
-    assert session.document.current.latent.mu[0] == opening
-    again.wait_for(lambda: again.notices == [LOST])
-    labels = [widget.get("label") for widget in again.widgets.values()]
-    assert labels.count("Motion") == 1
-    again.set("μ 1", 0.25)
-    until(session, lambda picture: mu(picture)[0] == 0.25)
-
-
-def test_a_screen_that_leads_to_a_fault_twice_is_given_up(
+def test_a_document_that_leads_to_a_fault_again_is_given_up(
     app: App, open_browser: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It can be shown, but the motion that it asks for ends the page."""
-    follow = Session._deliver
+    deliver = Session._deliver
 
     def failing(session: Session, event: Delivered, screen: Screen) -> None:
         if event.slot[0] == "motion" and session.document.current.latent.mu[0] == 0.125:
             raise ZeroDivisionError("made for a test")
-        follow(session, event, screen)
+        deliver(session, event, screen)
 
-    monkeypatch.setattr(Session, "_deliver", failing)
     browser, session = open_browser()
     opening = session.document.current.latent.mu[0]
     browser.set("μ 1", 0.125)
-    has_stopped(browser)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
+    tab = kept(browser, session)
     browser.leave()
-    again = WireBrowser(app.url, browser.storage)
+    monkeypatch.setattr(Session, "_deliver", failing)
+    again = WireBrowser(app.url, tab)
     has_stopped(again)
+    again.wait_for(lambda: tab["document"] == "")
     again.leave()
-    last, session = open_browser(browser.storage)
+    _, session = open_browser(tab)
     assert session.document.current.latent.mu[0] == opening
-    last.wait_for(lambda: last.notices == [LOST])
 
 
 # --- at rest ---
 @pytest.fixture
 def resting(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
-    """Set whenever a session waits for nothing but an intent."""
+    """Set whenever a session waits for nothing but a person."""
     rests, drain = threading.Event(), Session._next_events
 
-    def noting(session: Session, wait: float | None) -> list[Event]:
-        if wait is None:
+    def noting(session: Session) -> list[Event]:
+        if session._settled:
             rests.set()
-        return drain(session, wait)
+        return drain(session)
 
     monkeypatch.setattr(Session, "_next_events", noting)
     return rests
 
 
-def paused(browser: WireBrowser, session: Session, resting: threading.Event) -> None:
-    browser.command("Play or pause")
-    until(session, lambda picture: not picture.document.playback.playing)
-    assert resting.wait(TIMEOUT)
+def rested(session: Session, resting: threading.Event) -> None:
+    until(session, complete)
     resting.clear()
-
-
-def test_a_session_rests_where_nothing_changes_and_goes_on_from_there(
-    open_browser: Open, resting: threading.Event, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    browser, session = open_browser()
-    assert not resting.is_set()  # the motion plays
-    paused(browser, session, resting)
-    ticks: list[float] = []
-
-    def noting(facts: Facts, document: Document, intent: do.DocumentIntent) -> Document:
-        if isinstance(intent, do.Tick):
-            ticks.append(intent.seconds)
-        return update(facts, document, intent)
-
-    monkeypatch.setattr(session_module, "update", noting)
-    browser.command("Play or pause")
-    until(session, lambda picture: picture.document.playback.playing)
-    assert ticks[0] == 0.0
-    phase = session.document.playback.phase
-    until(session, lambda picture: picture.document.playback.phase != phase)
+    session.send(do.SetPlaying(False))
+    assert resting.wait(TIMEOUT)
 
 
 def test_a_session_at_rest_resets_the_view(
     open_browser: Open, resting: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     browser, session = open_browser()
-    paused(browser, session, resting)
+    rested(session, resting)
     went_home = threading.Event()
     monkeypatch.setattr(Screen, "reset_view", lambda screen: went_home.set())
     browser.command("Reset the view")
@@ -722,7 +668,7 @@ def test_a_session_at_rest_resets_the_view(
 
 def test_a_session_at_rest_shows_its_code(open_browser: Open, resting: threading.Event) -> None:
     browser, session = open_browser()
-    paused(browser, session, resting)
+    rested(session, resting)
     browser.press("Show the code of this screen")
     browser.wait_for(lambda: str(browser.widget("Code")["value"]).startswith("rnnpb2-"))
 
@@ -734,7 +680,7 @@ def test_a_page_at_rest_shows_other_sliders_at_once(
     running = start(ServerOptions(checkpoints=(str(wide),), port=0))
     try:
         browser, session = open_browser(of=running)
-        paused(browser, session, resting)
+        rested(session, resting)
         assert not browser.has("μ 9")
         browser.set("Dimensions", "9–12")
         browser.wait_for(lambda: browser.has("μ 12") and not browser.has("μ 8"))
@@ -753,9 +699,9 @@ def test_what_is_written_late_is_written_before_a_rest(
 ) -> None:
     """A widget that a person holds gets the state's value only when it is let go."""
     browser, session = open_browser()
-    paused(browser, session, resting)
-    browser.set("Frame", 99)
-    browser.wait_for(lambda: browser.widget("Frame")["value"] == 11)
+    rested(session, resting)
+    browser.set("Iterations", 9999)
+    browser.wait_for(lambda: browser.widget("Iterations")["value"] == MAX_ITERATIONS)
 
 
 # --- leaving ---
@@ -780,7 +726,9 @@ def test_after_a_fault_nothing_is_kept_for_the_page_and_its_place_is_free(
     assert complete(now(other))
 
 
-def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: Open) -> None:
+def test_pages_that_leave_take_their_threads_with_them(
+    app: App, open_browser: Open, resting: threading.Event
+) -> None:
     before = set(threading.enumerate())
     pages = [open_browser() for _ in range(16)]
     assert len(page_threads() - before) == 16  # one each: the engine's are everybody's
@@ -795,9 +743,8 @@ def test_pages_that_leave_take_their_threads_with_them(app: App, open_browser: O
 
 
 def test_a_browser_that_leaves_at_the_door_leaves_nothing(app: App, open_browser: Open) -> None:
-    hasty = WireBrowser(app.url, silent=True)
-    assert hasty.asked.wait(TIMEOUT)  # the server waits for an answer now
     sessions = set(app.sessions)
+    hasty = WireBrowser(app.url, silent=True)
     hasty.leave()
     _, session = open_browser()  # by then the server has noticed
     left = {app.sessions[number] for number in set(app.sessions) - sessions}
@@ -833,7 +780,7 @@ def test_stopping_ends_every_session_and_frees_the_port(
 
 # --- models side by side ---
 def test_two_models_of_different_sizes_on_one_screen(
-    checkpoint: Path, tmp_path: Path, open_browser: Open
+    checkpoint: Path, tmp_path: Path, open_browser: Open, resting: threading.Event
 ) -> None:
     line = save_model(tmp_path / "line.pt", pb_dim=1, names=("bow", "wave"))
     wide = save_model(tmp_path / "wide.pt", pb_dim=12)
@@ -841,7 +788,7 @@ def test_two_models_of_different_sizes_on_one_screen(
     try:
         browser, session = open_browser(of=both)
         assert shown(now(session)) == ["bow", "bow", "bow"]
-        assert {"/robot-0", "/robot-1", "/robot-2"} <= set(browser.nodes)
+        assert [one["copy_of"] for one in browser.shown["RobotsShown"]["robots"]] == [None, 0, 0]
         for name in ("wide", "tiny", "line"):
             before = browser.widget("μ 1")
             browser.set("Model", name)
@@ -851,8 +798,17 @@ def test_two_models_of_different_sizes_on_one_screen(
             browser.set("Motion", "wave")
             until(session, lambda picture: shown(picture) == ["wave"] * 3 and complete(picture))
             taken = steps(session)
-            browser.drag("/boards/map", (0.0, -1.0, 1.1), (0.0, -0.9, 1.1))
-            browser.drag("/boards/landscape", (0.0, -1.0, 0.4), (0.0, -0.9, 0.4))
+            index = [one.name for one in both.facts].index(name)
+            browser.wait_for(
+                lambda index=index: (
+                    [browser.shown[kind]["model"] for kind in ("MapShown", "LandscapeShown")]
+                    == [index, index]
+                )
+            )
+            at = browser.shown["PuckShown"]["on_map"] + 0.05
+            browser.drag("map", at.tolist()[: len(browser.shown["MapShown"]["axes"])])
+            near = [float(browser.shown["LandscapeShown"][axis][:4][-1]) for axis in "xy"]
+            browser.drag("landscape", near[: len(browser.shown["LandscapeShown"]["axis_labels"])])
             # One hand: it takes a slider when it has let go of the board.
             until(session, lambda _, taken=taken: steps(session) == taken + 2)
             browser.set("μ 1", 0.5)

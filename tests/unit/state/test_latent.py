@@ -87,6 +87,12 @@ def test_selecting_a_motion_goes_to_what_was_learnt() -> None:
     assert (landscape_of(works).motion, landscape_of(works).center) == (3, tuple(MU[3]))
 
 
+def test_selecting_a_motion_within_the_window_takes_the_window_along() -> None:
+    facts = (make_facts(3, mu=[MU[0], MU[0] + 0.1, MU[2], MU[3]]),)
+    document = opened(facts, do.SelectMotion(1))
+    assert document.current.anchor == document.current.latent.mu == tuple(MU[0] + 0.1)
+
+
 @ALL_SIZES
 def test_reset_goes_back_to_what_was_learnt(facts: Facts) -> None:
     moved = opened(facts, do.SelectMotion(2), do.RandomiseLatent(), do.NewNoise())

@@ -237,6 +237,7 @@ def test_no_landscape_is_wanted_or_complete_while_a_run_passes_through() -> None
     before = Page().do(do.SetTarget(TARGET)).compute()
     assert before.picture.landscape_complete
     before.do(do.StartRecognition())
+    assert not before.picture.landscape_complete  # nothing has moved, and yet it will
     for steps in (1, 2):
         stepped(before, steps)
         assert before.picture.landscape is not None  # the old one stays on the board
