@@ -19,7 +19,7 @@ from viser._messages import Message, RunJavascriptMessage
 from ...core.errors import InputError
 from .asked import Allowance, AnyAsked, Broken, Hello, parse
 from .script import script
-from .shown import Shown, wire
+from .shown import PlaybackShown, Shown, wire
 
 log = logging.getLogger(__name__)
 
@@ -112,6 +112,8 @@ class Bridge:
         if isinstance(asked, Hello):
             with self._lock:
                 self._greeted = True
+                if asked.playback is not None:  # it plays already, and tells how
+                    self._kept.pop(PlaybackShown.__name__, None)
                 for shown in self._kept.values():
                     self._send(shown)
                 self._kept.clear()

@@ -37,7 +37,8 @@ from .views import (
 )
 
 PANEL_WIDTH = 320  # pixels
-BOARDS_WIDTH = 380
+BOARDS_WIDTH = 380  # at least
+BOARDS_SHARE = 0.25  # of a page's width
 # Five tabs in one row of so narrow a panel.
 NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
 Send = Callable[[do.Intent], None]
@@ -66,10 +67,12 @@ class Screen:
     # --- building ---
     def _build_boards(self) -> None:
         gui = self._client.gui
-        map_panel, landscape_panel = gui.add_panel(), gui.add_panel()
+        self._boards = map_panel = gui.add_panel()
+        landscape_panel = gui.add_panel()
         map_panel.dock_left()
         landscape_panel.dock_below(map_panel)
         map_panel.set_width(BOARDS_WIDTH)
+        self._boards_width = BOARDS_WIDTH
         with map_panel.add_tab("PB map"):
             gui.add_html(board_html("map"))
         with landscape_panel.add_tab("Correlation landscape"):
@@ -230,13 +233,17 @@ class Screen:
         """Write the state code where a person can copy it."""
         self._view.show_code(code)
 
-    # --- the camera ---
+    # --- the page's size ---
     def fold(self) -> None:
         """Fold the panels away: on a phone they would cover the boards."""
         self._client.gui.main_panel.minimize()
 
-    def resized(self, width: int, height: int) -> None:
-        """The canvas has another shape; everything is shown again, if it was before."""
+    def resized(self, width: int, height: int, page_width: int) -> None:
+        """Page or canvas have another size: frame the robots anew, give the boards their share."""
+        share = max(BOARDS_WIDTH, int(page_width * BOARDS_SHARE))
+        if share != self._boards_width:  # else a person's own width stays
+            self._boards_width = share
+            self._boards.set_width(share)
         aspect = width / max(height, 1)
         if abs(aspect - self.aspect) > 0.005:
             self.aspect = aspect

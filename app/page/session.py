@@ -138,7 +138,7 @@ class Session:
             case asked.Hello():
                 self._greet(event, screen)
             case asked.Resized():
-                screen.resized(event.width, event.height)
+                screen.resized(event.width, event.height, event.page_width)
             case asked.Broken():
                 screen.say(event.reason)
             case asked.Asked():
@@ -178,7 +178,7 @@ class Session:
     # --- the browser's own part ---
     def _greet(self, hello: asked.Hello, screen: Screen) -> None:
         """The page is there, for the first time or again; it may bring what it showed before."""
-        screen.resized(hello.width, hello.height)
+        screen.resized(hello.width, hello.height, hello.page_width)
         if hello.page_width <= PHONE_WIDTH:
             screen.fold()
         if hello.document:

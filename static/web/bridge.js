@@ -26,6 +26,9 @@ import { MESSAGE_TYPES } from "./messages.js";
  * @property {boolean} transparent
  * @property {number} opacity
  * @property {boolean} depthWrite
+ * @property {boolean} polygonOffset
+ * @property {number} polygonOffsetFactor
+ * @property {number} polygonOffsetUnits
  * @property {{ setRGB: (r: number, g: number, b: number, space: string) => void }} [color]
  * @property {() => Material3} clone
  * @property {() => void} dispose

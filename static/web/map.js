@@ -75,7 +75,7 @@ export class MapBoard extends Board {
     const [left = -1, right = 1, bottom = -1, top = 1] = shown.extent.data;
     const same = before?.title === shown.title && String(before.axes) === String(shown.axes);
     this.setHome({ left, right, bottom, top }, same);
-    say(this.parts.heading, shown.title ? `PB map · ${shown.title}` : "PB map");
+    say(this.parts.heading, shown.title || "PB map"); // the tab above says what it is
     this.marks = this.looks(shown);
     const listed = shown.names.map((name, i) => {
       const at = pointOf(shown.points.data, i).map((value) => formatted(value));
@@ -100,7 +100,7 @@ export class MapBoard extends Board {
     this.parts.mark.hidden = !this.warned;
     say(
       this.parts.mark,
-      this.warned ? `extrapolating · ${formatted(state.extrapolation ?? 0, 1)}× the usual gap` : "",
+      this.warned ? `extrapolating · ${formatted(state.extrapolation ?? 0, 1)} gaps away` : "",
     );
     this.surface.request();
     this.tell();
@@ -325,7 +325,8 @@ export class MapBoard extends Board {
 
 /** @param {PathShown} path @param {Float32Array} mu */
 export function wordsOnPath(path, mu) {
-  const last = Math.min(path.shown, mu.length / 2 - 1);
+  const count = mu.length / 2 - 1; // of steps; the first of them is called 1 on every panel
+  const last = Math.min(path.shown, count);
   const [x, y] = [mu[2 * last] ?? 0, mu[2 * last + 1] ?? 0];
-  return `Recognition at iterate ${last} of ${mu.length / 2 - 1}: ${formatted(x)}, ${formatted(y)}, sigma ${formatted(path.radii.data[last])}`;
+  return `Recognition at iteration ${Math.min(last + 1, count)} of ${count}: ${formatted(x)}, ${formatted(y)}, sigma ${formatted(path.radii.data[last])}`;
 }

@@ -12,7 +12,9 @@ import { rotated, sampled, turned } from "./motion.js";
 /** @typedef {import("./messages.js").MotionShown} MotionShown */
 /** @typedef {{ source: Node3, meshes: number, root: Node3, nodes: (Node3 | undefined)[], eyes: Node3[][] }} Copy */
 
-const GHOST_OPACITY = 0.13;
+const GHOST_OPACITY = 0.2;
+/** @type {[number, number, number]} */
+const GHOST_COLOR = [0.3, 0.55, 0.95]; // white ghosts of a white robot would hardly be seen
 const GHOST_ORDER = 10; // after what is solid
 const CHECK_FRAMES = 20; // between two looks whether a robot's meshes have come
 const SETTLE_FRAMES = 30; // viser sets its own pose on a node that is new
@@ -124,6 +126,9 @@ class Robot {
       made.transparent = true;
       made.opacity = GHOST_OPACITY;
       made.depthWrite = false;
+      made.color?.setRGB(...GHOST_COLOR, "srgb");
+      // What stands where the solid robot stands is behind it: only what differs is seen.
+      [made.polygonOffset, made.polygonOffsetFactor, made.polygonOffsetUnits] = [true, 2, 8];
       this.ghostly.set(material, made);
     }
     return made;

@@ -47,6 +47,8 @@ def test_it_opens_quietly_and_offers_no_tunnel_to_the_outside(explorer: Explorer
 @pytest.mark.parametrize("size", [(1920, 1080), (3840, 2160), DESK])  # the last one stays
 def test_all_of_it_is_in_view(explorer: ExplorerPage, size: tuple[int, int]) -> None:
     explorer.page.set_viewport_size({"width": size[0], "height": size[1]})
+    explorer.until(lambda: box(explorer, CANVAS)[0] >= 0.24 * size[0], "the boards stay small")
+    explorer.until(lambda: box(explorer, CANVAS)[0] <= 0.3 * size[0], "the boards stay large")
     wait_framed(explorer)
     left, _, right, bottom = box(explorer, CANVAS)
     bar = box(explorer, TIME_BAR)
@@ -124,7 +126,7 @@ def test_a_server_that_was_started_again_gets_the_document_back(open_explorer: O
 
         explorer.until(back, "the document is not back")
         explorer.until(lambda: explorer.told("landscape", "numbers") == numbers, "no landscape")
-        assert agree(explorer.pose(), pose)
+        assert agree(explorer.pose(), pose), "a page that was paused does not go on playing"
         explorer.press("p")
         explorer.until(lambda: not agree(explorer.pose(), pose), "the page does not live on")
     finally:

@@ -41,7 +41,7 @@ def test_an_uploaded_motion_is_recognised_and_a_reload_brings_it_back(
     recognising.set_value("Iterations", ITERATIONS)
     recognising.click("Start")
     recognising.text("Recognition done").wait_for()
-    whole = f"Recognition at iterate {ITERATIONS} of {ITERATIONS}:"
+    whole = f"Recognition at iteration {ITERATIONS} of {ITERATIONS}:"
     assert not agree(recognising.pose(), pose), "the robot does not show what was recognised"
     # Scrubbing through the iterations moves the puck along the path.
     recognising.set_value("Iteration", ITERATIONS)

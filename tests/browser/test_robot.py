@@ -1,4 +1,4 @@
-"""Pepper on the screen: it moves, with its uncertainty and limits; what leaves for a real one."""
+"""Pepper on the screen: it moves, uncertain and within limits; and what leaves for a real one."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ def test_a_frame_is_drawn_as_it_was_and_another_one_otherwise(explorer: Explorer
 
 
 def test_the_uncertainty_is_a_fan_of_ghosts_and_a_band(explorer: ExplorerPage) -> None:
+    for dim in (1, 2, 3, 4):
+        explorer.set_value(f"σ {dim}", 0.9)
     pose = explorer.pose()
     explorer.tab("View")
     explorer.tick("Uncertainty", True)

@@ -18,12 +18,12 @@ def test_two_tabs_are_two_sessions(app: App, explorer: ExplorerPage) -> None:
     assert not agree(explorer.pose(), pose)
     # Whatever the first one did would have arrived by the time this answer has.
     other.tab("View")
-    other.tick("Uncertainty", True)
-    other.wait_for("part.robots.robots[0].ghosts > 0")
+    other.choose("Colour", "valence")
+    other.until(lambda: other.told("map", "colouring") == "Coloured by valence", "no colours")
     assert agree(other.pose(), pose)
     assert other.mu() == mu
     assert other.puck("map") == puck
-    assert explorer.part("part.robots.robots[0].ghosts") == 0
+    assert explorer.told("map", "colouring") == "Coloured by class"
 
     there = explorer.told("map", "puck")
     explorer.reload(app)

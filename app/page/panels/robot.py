@@ -47,7 +47,8 @@ class SafetyLight:
         missing = self._missing[picture.active]
         if missing:
             words += f"; {missing} not on it"
-        write(self._html, _light(LIGHTS[checked.report.light], words))
+        light = _light(LIGHTS[checked.report.light], words)
+        write(self._html, f'<div style="padding-bottom:0.4em">{light}</div>')  # above the tabs
 
 
 class RobotPanel:
