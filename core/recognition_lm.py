@@ -207,7 +207,7 @@ def _normal_equations(
     normal = pb.new_zeros((*pb.shape, dimensions), dtype=torch.float64)
     slope = torch.zeros_like(pb, dtype=torch.float64)
     at_once = max(1, ROW_BYTES // ((1 + dimensions) * model.bias.nbytes))
-    for rows in torch.arange(len(pb)).split(at_once):
+    for rows in torch.arange(len(pb), device=pb.device).split(at_once):
         first = 0
         for jacobian in _jacobian_parts(model, pb[rows], residual.shape[1]):
             _stop_if(cancelled)
