@@ -70,8 +70,8 @@ const SHEET = `
 .rb-entry { display: inline-flex; align-items: center; gap: 4px; white-space: nowrap; cursor: default; }
 .rb-entry:hover { color: var(--rb-text); }
 .rb-swatch { width: 9px; height: 9px; flex: none; }
-.rb-scales { display: flex; align-items: center; gap: 6px; padding: 2px 0 4px; }
-.rb-scale { flex: 1; height: 9px; border-radius: 3px; max-width: 320px; }
+.rb-scales { display: flex; flex-wrap: wrap; align-items: center; gap: 6px; padding: 2px 0 4px; }
+.rb-scale { flex: 1; min-width: 40px; height: 9px; border-radius: 3px; max-width: 320px; }
 .rb-landscape .rb-body { flex-direction: row; }
 .rb-landscape .rb-legend {
   width: 84px; display: flex; flex-direction: column; gap: 6px; padding: 6px 0 4px;

@@ -135,13 +135,14 @@ def test_a_server_that_was_started_again_gets_the_document_back(open_explorer: O
 
 
 def test_nonsense_from_the_page_does_no_harm(explorer: ExplorerPage) -> None:
-    """What has the right form, and makes no sense: there is no such motion, axis, component."""
+    """What has the right form, and makes no sense: there is no such motion, axis, model."""
+    hand = '"gesture":1,"number":1,"done":true}'
     words = (
         '{"type":"SelectMotion","index":99999}',
-        '{"type":"MoveOnMap","axes":[100],"to":[1],"gesture":1,"number":1,"done":true}',
-        '{"type":"MoveOnMap","axes":[1,1],"to":[1,2],"gesture":1,"number":1,"done":true}',
-        '{"type":"MoveOnLandscape","axes":["no","such"],"to":[1,2],'
-        '"gesture":1,"number":1,"done":true}',
+        '{"type":"MoveOnMap","model":0,"axes":[100],"to":[1],' + hand,
+        '{"type":"MoveOnMap","model":0,"axes":[1,1],"to":[1,2],' + hand,
+        '{"type":"MoveOnMap","model":9,"axes":[0,1],"to":[1,2],' + hand,
+        '{"type":"MoveOnLandscape","model":0,"axes":["no","such"],"to":[1,2],' + hand,
         '{"type":"Seek","frame":1e6}',
         '{"type":"SetJoint","joint":999}',
         '{"type":"Hello","document":"none","width":0,"height":0,"ratio":1,"page_width":1280,'
