@@ -103,7 +103,11 @@ export class Board {
   }
   /** Pixels around the plot. @returns {{ left: number, right: number, top: number, bottom: number }} */
   margins() {
+<<<<<<< HEAD
     return { left: 42, right: 8, top: 6, bottom: 30 };
+=======
+    return { left: 38, right: 8, top: 6, bottom: 30 };
+>>>>>>> web
   }
   /** @param {CanvasRenderingContext2D} _context @param {View} _view */
   content(_context, _view) {}
@@ -133,6 +137,11 @@ export class Board {
   allowed(to) {
     return this.home ? within(this.home, to) : to;
   }
+  /** Whether the second axis has nothing to say. */
+  get bare() {
+    return this.flat;
+  }
+
   get flat() {
     return false; // one axis only
   }
@@ -183,6 +192,11 @@ export class Board {
   setHome(home, same) {
     this.home = home;
     if (!same) this.resetZoom();
+  }
+
+  /** @param {Point | null} puck */
+  setPuck(puck) {
+    this.puck = puck;
   }
 
   resetZoom() {
@@ -327,7 +341,7 @@ export class Board {
   paint(context) {
     const { view } = this;
     if (!view) return;
-    drawAxes(context, view, this.theme, this.labels(), this.flat);
+    drawAxes(context, view, this.theme, this.labels(), this.bare);
     const { left, top, width, height } = view.box;
     context.save();
     context.beginPath();

@@ -64,6 +64,7 @@ export class LandscapeBoard extends Board {
     this.grid = { values: correlation.data, x: x.data, y: y.data };
     this.line = flat ? [] : contour(this.grid, this.level);
     if (!flat) this.colour();
+    if (this.puck) this.setPuck(this.riding(this.puck));
     this.showNumbers(shown);
     this.surface.request();
     this.tell();
@@ -82,7 +83,7 @@ export class LandscapeBoard extends Board {
   showPuck(state) {
     if (!this.moves.accepts(state.heard)) return;
     const at = state.on_landscape?.data;
-    this.puck = at ? pointOf(at) : null;
+    this.setPuck(at ? this.riding(pointOf(at)) : null);
     this.surface.request();
     this.tell();
   }
@@ -143,6 +144,10 @@ export class LandscapeBoard extends Board {
   // --- a board's own answers ---
   get flat() {
     return this.grid.y.length === 1;
+  }
+
+  get bare() {
+    return false;
   }
 
   /** Equal units along both axes, in as large a part of the box as that leaves. @type {Board["shaped"]} */
@@ -291,10 +296,14 @@ export class LandscapeBoard extends Board {
     haloed(context, "0.9 of the maximum", box.left + 6, level - 2, this.theme, this.theme.quiet);
   }
 
-  /** In one dimension the puck rides on the curve. @param {Point} to @returns {Point} */
-  allowed(to) {
-    const [x, y] = super.allowed(to);
+  /** In one dimension the puck rides on the curve. @param {Point} point @returns {Point} */
+  riding([x, y]) {
     return [x, this.flat ? clamp(interpolated(this.grid, x, 0), -1, 1) : y];
+  }
+
+  /** @param {Point} to @returns {Point} */
+  allowed(to) {
+    return this.riding(super.allowed(to));
   }
 
   // --- words ---

@@ -49,7 +49,8 @@ export function scaleLegend(parent, scale, low, high) {
   bar.style.background = gradient(scale);
   parent.replaceChildren(
     element("div", { class: "rb-scales" }, [
-      element("span", { text: `${scale}: ${low}` }),
+      element("b", { text: scale }),
+      element("span", { text: low }),
       bar,
       element("span", { text: high }),
     ]),

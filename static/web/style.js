@@ -87,6 +87,12 @@ const SHEET = `
 .rb-numbers .rb-stage, .rb-numbers .rb-note { grid-column: 1 / 3; }
 .rb-numbers .rb-note { color: var(--rb-quiet); }
 .rb-stage[data-complete=false] { color: var(--rb-warning); }
+@container (min-aspect-ratio: 21/20) {
+  .rb-scales { flex-wrap: wrap; justify-content: space-between; gap: 3px 6px; }
+  .rb-scales b, .rb-scale { flex: 1 0 100%; }
+  .rb-scale { order: -1; height: 12px; }
+  .rb-scales b { order: -2; }
+}
 @container (max-aspect-ratio: 3/4) {
   .rb-map .rb-plot { flex: 0 1 auto; aspect-ratio: 9/10; }
   .rb-map .rb-legend { max-height: none; flex: 0 1 auto; }
