@@ -173,7 +173,8 @@ export class LandscapeBoard extends Board {
   /** @param {number} point */
   select(point) {
     const index = this.shown?.learned_index?.data[point];
-    if (index !== undefined) this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
+    if (index !== undefined)
+      this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
   }
 
   /** @param {Point} at */

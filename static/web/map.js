@@ -200,7 +200,15 @@ export class MapBoard extends Board {
   asked({ to, axes, gesture, number, done }) {
     const drawn = this.shown?.axes ?? [];
     const model = this.shown?.model ?? 0;
-    return { type: "MoveOnMap", model, axes: axes.length ? axes : drawn, to, gesture, number, done };
+    return {
+      type: "MoveOnMap",
+      model,
+      axes: axes.length ? axes : drawn,
+      to,
+      gesture,
+      number,
+      done,
+    };
   }
 
   // --- along what is not drawn ---
