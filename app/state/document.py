@@ -174,7 +174,7 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     landscape_axes: Axes | Literal["pca"] = (0, 1)  # components of mu, or the map's plane
     window: Window = "absolute"
     colouring: Colouring = "class"
-    joint: Name = ""  # shown in the Joints panel; "" = those that move most
+    joint: Name = ""  # whose curve the time bar draws; "" = all
     first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
     side_by_side: bool = False  # the limited motion on a second robot
     ghosts: bool = False  # samples from N(mu, sigma^2) around the robot
