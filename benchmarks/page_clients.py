@@ -24,6 +24,7 @@ import msgspec.msgpack
 import numpy as np
 import torch
 import viser
+from viser import _messages as wire
 from websockets.asyncio.client import connect
 from websockets.typing import Subprotocol
 
@@ -37,6 +38,17 @@ POINTS = 128  # on the circle; a hand that makes 20 moves a second comes round i
 MOVE_SECONDS = 0.05
 FRAMES = 40  # of a motion that tell it from the others
 MODEL = "strong"
+CAMERA: dict[str, Any] = {
+    "wxyz": (0.5, 0.5, -0.5, -0.5),
+    "position": (4.0, 0.0, 1.0),
+    "fov": 0.5,
+    "near": 0.01,
+    "far": 1000.0,
+    "image_height": 720,
+    "image_width": 1280,
+    "look_at": (0.0, 0.0, 1.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
 
 
 class Circle:
@@ -76,6 +88,8 @@ class Page:
             url.replace("http", "ws", 1), subprotocols=[protocol], compression=None, max_size=None
         ) as socket:
             self.socket = socket
+            # viser has no client before it knows where the camera is.
+            await self._send(wire.ViewerCameraMessage(**CAMERA).as_serializable_dict())
             reading = asyncio.create_task(self._read())
             await begin.wait()
             self.messages = 0
@@ -124,7 +138,9 @@ class Page:
         await asyncio.sleep(1.0)  # for the last ones
 
     async def _ask(self, **fields: object) -> None:
-        message = {"type": "RnnpbAsked", "payload": json.dumps(fields)}
+        await self._send({"type": "RnnpbAsked", "payload": json.dumps(fields)})
+
+    async def _send(self, message: dict[str, Any]) -> None:
         await self.socket.send(msgspec.msgpack.encode(message))
 
 
@@ -133,7 +149,10 @@ async def main(url: str, pages: int, seconds: float, motion: int | None) -> None
     begin = asyncio.Event()
     opened = [Page(circle) for _ in range(pages)]
     running = [asyncio.create_task(page.run(url, begin, seconds)) for page in opened]
-    await asyncio.gather(*(page.ready.wait() for page in opened))
+    ready = asyncio.gather(*(page.ready.wait() for page in opened))
+    await asyncio.wait([ready, *running], return_when=asyncio.FIRST_COMPLETED)
+    if not ready.done():
+        await asyncio.gather(*running)  # one that broke off says why
     print("ready", flush=True)
     await asyncio.to_thread(sys.stdin.readline)
     begin.set()

@@ -213,8 +213,6 @@ class WebPage(Window):
                 return found
             self.page.wait_for_timeout(50)
         raise AssertionError(f"the page has not asked {kind} {count} times")
-<<<<<<< HEAD
-=======
 
     def wait_moved(self, kind: str) -> dict[str, Any]:
         """The last move of this kind, once the hand has let go and the server has answered it."""
@@ -224,10 +222,3 @@ class WebPage(Window):
                 return found[-1]
             self.page.wait_for_timeout(50)
         raise AssertionError(f"no {kind} was the last of its gesture")
-
-    def wait_heard(self) -> None:
-        """Until the server has answered the last move."""
-        self.wait_for(
-            "part.map.state.heard >= Math.max(part.map.moves.number, part.landscape.moves.number)"
-        )
->>>>>>> web
