@@ -38,7 +38,7 @@ def eye_nodes(robot: Robot, root: str) -> tuple[str, ...]:
 
 def add_robot(scene: viser.SceneApi, robot: Robot, root: str) -> None:
     """Add a robot at rest below `root`; to the server's scene, so that pages share it."""
-    rest = robot.tree.rest.as_quat(canonical=True, scalar_first=True)
+    rest = robot.tree.rest_wxyz
     offset = robot.tree.offset
     names = node_names(robot, root)
     scene.add_frame(root, show_axes=False)
@@ -90,7 +90,7 @@ def robot_shown(
         name=name or robot.name,
         root=root,
         nodes=node_names(robot, root),
-        rest_wxyz=tree.rest.as_quat(canonical=True, scalar_first=True),
+        rest_wxyz=tree.rest_wxyz,
         rest_position=tree.offset,
         axes=tree.axes,
         sliding=tree.sliding,

@@ -25,7 +25,7 @@ from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.kinematics import joint_poses
 
 MESSAGES = resources.files("rnnpb_explorer.static").joinpath("web", "messages.js").read_text()
-MOVE = {"type": "MoveOnMap", "axes": [0, 1], "to": [0.5, -1], "gesture": 1, "number": 2}
+MOVE = {"type": "MoveOnMap", "model": 0, "axes": [0, 1], "to": [0.5, -1], "gesture": 1, "number": 2}
 
 
 def said(**fields: Any) -> str:
@@ -96,8 +96,8 @@ def test_a_robot_is_posed_from_the_same_numbers_as_on_the_server() -> None:
     half = value[:, None] / 2
     expected = joint_poses(robot, joints, positions)
     np.testing.assert_allclose(
-        np.where(told.sliding[:, None], told.rest_wxyz, np.cos(half) * robot.tree.rest
-                 + np.sin(half) * robot.tree.spin),
+        np.where(told.sliding[:, None], told.rest_wxyz, np.cos(half) * robot.tree.rest_wxyz
+                 + np.sin(half) * robot.tree.half_turn_wxyz),
         expected.wxyz[0], atol=1e-6,
     )  # fmt: skip
     assert told.nodes[0].startswith("/robot/")
@@ -106,7 +106,7 @@ def test_a_robot_is_posed_from_the_same_numbers_as_on_the_server() -> None:
 
 # --- up ---
 def test_a_move_is_understood() -> None:
-    assert do.parse(said(**MOVE, done=True)) == do.MoveOnMap([0, 1], [0.5, -1.0], 1, 2, True)
+    assert do.parse(said(**MOVE, done=True)) == do.MoveOnMap(0, [0, 1], [0.5, -1.0], 1, 2, True)
 
 
 @pytest.mark.parametrize(
