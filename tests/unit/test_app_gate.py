@@ -164,6 +164,7 @@ def test_what_no_page_of_ours_says_costs_the_page_that_says_it(
     code, reason = page.end()
     assert code == REFUSED
     assert reason
+    works(bystander)  # by then the server has said so
     (line,) = [record for record in caplog.records if record.levelno >= logging.WARNING]
     assert reason in line.getMessage()
     assert line.exc_info is None
@@ -174,6 +175,7 @@ def test_a_message_that_is_too_long_costs_the_page(
 ) -> None:
     page.say(update(page, "Code", value="x" * MAX_MESSAGE_BYTES))
     assert page.end()[0] == TOO_BIG
+    works(bystander)  # by then the server has said so
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
 
 
@@ -184,6 +186,7 @@ def test_a_flood_costs_the_page(
     for _ in range(int(20 * MESSAGES_AT_ONCE)):
         page.say(drop)
     assert page.end() == (REFUSED, "too many messages")
+    works(bystander)  # by then the server has said so
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
 
 

@@ -187,7 +187,8 @@ def test_trains_so_on_a_processor_without_bfloat16(tmp_path: Path) -> None:
             tmp_path / "held",
             *files,
         ],
-        env=os.environ | HELD_TO_AVX2,
+        # What CI requires of a run is required of the outer one.
+        env={k: v for k, v in os.environ.items() if not k.startswith("RNNPB_")} | HELD_TO_AVX2,
         stdout=subprocess.PIPE,
         text=True,
         check=False,
