@@ -75,6 +75,7 @@ class Session:
         self._export: ExportWork | None = None  # the last file that was asked for
         self._events: queue.SimpleQueue[Event | None] = queue.SimpleQueue()
         self._settled = False  # all that was held back is written
+        self._greeted = False  # the page has said what its tab keeps
         self._tab: Document | None = None  # what the tab keeps
         self._tab_time = 0.0
         self._unproven = False  # the tab has just brought its document, which may lead to a fault
@@ -178,10 +179,14 @@ class Session:
     # --- the browser's own part ---
     def _greet(self, hello: asked.Hello, screen: Screen) -> None:
         """The page is there, for the first time or again; it may bring what it showed before."""
+        self._greeted = True
         screen.resized(hello.width, hello.height, hello.page_width)
         if hello.page_width <= PHONE_WIDTH:
             screen.fold()
         if hello.document:
+            # What cannot be shown here (of other models, say) stays with the tab until somebody
+            # goes on with something else.
+            self._tab = self.document
             self._tab = decode(self._facts, hello.document)
             self._history, self._unproven = History(self._tab), True
         if hello.playback is not None:  # it went on playing while there was no server
@@ -269,7 +274,11 @@ class Session:
     def _keep(self, screen: Screen, now: float) -> None:
         """Have the tab keep what was just shown, though not at every step of a drag."""
         document = self.document
-        if document == self._tab or (now - self._tab_time < KEEP_SECONDS and not self._settled):
+        if (
+            not self._greeted
+            or document == self._tab
+            or (now - self._tab_time < KEEP_SECONDS and not self._settled)
+        ):
             return
         code = encode(document)
         if len(code) > asked.MAX_DOCUMENT:

@@ -485,6 +485,10 @@ def test_what_a_tab_keeps_is_checked_like_any_input(open_browser: Open) -> None:
     browser, session = open_browser({"document": "rnnpb2-nonsense"})
     browser.wait_for(lambda: any("damaged" in notice for notice in browser.notices))
     assert complete(now(session))
+    assert browser.tab["document"] == "rnnpb2-nonsense"  # it may fit another server
+    browser.set("μ 1", 0.125)
+    until(session, lambda picture: mu(picture)[0] == 0.125)
+    kept(browser, session)
 
 
 def test_an_upload_too_long_for_the_tab_is_not_kept_and_says_so(
