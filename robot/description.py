@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import yourdfpy
-from numpy.typing import NDArray
 
 from ..core.errors import InputError
 from .meshes import Shape, load_shapes
@@ -44,11 +43,6 @@ class Robot:
         """Where a joint rests that nothing moves: 0, or the nearest value within its limits."""
         lower, upper = self.limits[joint]
         return min(max(0.0, lower), upper)
-
-    @property
-    def neutral_positions(self) -> NDArray[np.float32]:
-        """(len(joints),) `neutral` of every joint."""
-        return np.array([self.neutral(joint) for joint in self.joints], dtype=np.float32)
 
 
 @dataclass(frozen=True)
