@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Meta
 
 from ...core.errors import InputError
+from ..state.document import Zoom
 
 MAX_DOCUMENT = 900_000  # characters: a state code with the longest upload in it
 MAX_PAYLOAD = 2_000  # characters of everything that carries no document
@@ -127,6 +128,19 @@ class SetObserved(Asked, frozen=True, tag=True):
     share: Annotated[float, Meta(gt=0, le=1)]
 
 
+class Looked(Asked, frozen=True, tag=True):
+    """Where a person looks, after that has rested.
+
+    map, landscape: what the boards are zoomed to. tab: of the panel, by its label. turned: whether
+    a hand was on the camera; where that is now viser says itself.
+    """
+
+    map: Zoom | None
+    landscape: Zoom | None
+    tab: Annotated[str, Meta(max_length=40)]
+    turned: bool
+
+
 class Undo(Asked, frozen=True, tag=True):
     pass
 
@@ -164,7 +178,7 @@ ByHand = (
     | Undo
     | Redo
 )
-AnyAsked = ByHand | Hello | Resized | Broken
+AnyAsked = ByHand | Hello | Looked | Resized | Broken
 _decoder: msgspec.json.Decoder[AnyAsked] = msgspec.json.Decoder(AnyAsked)
 
 

@@ -7,16 +7,18 @@ from functools import partial
 
 import numpy as np
 import viser
+from msgspec import ValidationError, convert
 from numpy.typing import NDArray
 
 from ...core.windows import Landscape
 from ...robot.description import Robot
 from ...robot.kinematics import size
 from ..state import intents as do
-from ..state.document import Playback
+from ..state.document import Camera, Playback, Seen, Zoom
 from ..state.facts import Facts
 from ..state.picture import Picture
 from ..state.wanted import eyes_of, given_target
+from .asked import Looked
 from .bridge import Bridge, board_html
 from .panels.explore import ExplorePanel
 from .panels.help import add_help
@@ -25,7 +27,7 @@ from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
 from .robot_nodes import eye_nodes
 from .robots import ROOT, RobotNames, robots_shown
-from .shown import DocumentShown, MotionShown, Shown
+from .shown import DocumentShown, LookShown, MotionShown, Shown
 from .stage import FOV, camera_position, stage_for
 from .views import (
     curves_shown,
@@ -58,8 +60,11 @@ class Screen:
         self._shown: dict[str, tuple[object, ...]] = {}  # what the page has, by kind
         self._motions = self._playbacks = 0  # sent so far
         self.played: Playback | None = None  # as the page itself has it
+        # Where the page itself looks: zooms and tab, and the camera.
+        self._looked: tuple[Zoom | None, Zoom | None, str] = (None, None, "")
+        self._camera: Camera | None = None
         self.heard: int | None = None  # number of the page's last move that is in the document
-        self.aspect = 1.0  # of the canvas
+        self._aspect = 1.0  # of the canvas
         self._build_boards()
         self._build_panels()
         self._build_commands()
@@ -153,12 +158,10 @@ class Screen:
         )
 
     def _show_robots(self, picture: Picture) -> None:
-        """All of them, and the camera before them, where there are more or fewer than before."""
+        """All of them, and the camera before them."""
         limited_of = picture.active if picture.document.side_by_side else None
-        stage = stage_for(len(self._facts) + (limited_of is not None), *self._size)
-        if len(stage.robots) != len(self._stage.robots):
-            self._stage = stage
-            self.reset_view()
+        self._stage = stage_for(len(self._facts) + (limited_of is not None), *self._size)
+        self._show_view(picture.document.seen)
         self._put(
             "robots",
             (limited_of,),
@@ -239,24 +242,63 @@ class Screen:
         self._client.gui.main_panel.minimize()
 
     def resized(self, width: int, height: int, page_width: int) -> None:
-        """Page or canvas have another size: frame the robots anew, give the boards their share."""
+        """Page or canvas have another size: the boards get their share, robots are framed anew."""
         share = max(BOARDS_WIDTH, int(page_width * BOARDS_SHARE))
         if share != self._boards_width:  # else a person's own width stays
             self._boards_width = share
             self._boards.set_width(share)
         aspect = width / max(height, 1)
-        if abs(aspect - self.aspect) > 0.005:
-            self.aspect = aspect
-            self.reset_view()
+        if abs(aspect - self._aspect) > 0.005:  # else pixels by which panels differ
+            self._aspect = aspect
 
-    def reset_view(self) -> None:
-        """Look at everything from the front, from as far as the canvas's shape asks for."""
+    # --- where a person looks ---
+    def looked(self, word: Looked, before: Seen) -> Seen:
+        """What the document is to know of where a person looks; the page shows it already."""
+        if word.turned:
+            self._camera = self._camera_there()
+        camera = self._camera if word.turned else before.camera
+        front = self._front()
+        if camera is not None and np.allclose(_numbers(camera), _numbers(front), atol=1e-3):
+            camera, self._camera = None, front
+        seen = Seen(word.map, word.landscape, camera, word.tab)
+        self._looked = (seen.map, seen.landscape, seen.tab)
+        return seen
+
+    def _show_view(self, seen: Seen) -> None:
+        """The boards, the tab and the camera as they were looked at."""
+        look = (seen.map, seen.landscape, seen.tab)
+        if look != self._looked:
+            self._looked = look
+            self._bridge.show(LookShown(*look))
+        here = seen.camera or self._front()
+        if here == self._camera:
+            return
+        self._camera = here
         camera = self._client.camera
         with self._client.atomic():
             camera.fov = FOV
-            camera.position = camera_position(self._stage, self.aspect)
-            camera.look_at = self._stage.middle
+            camera.position = np.array(here.position)
+            camera.look_at = np.array(here.look_at)
             camera.up_direction = (0.0, 0.0, 1.0)
+
+    def _front(self) -> Camera:
+        """Before everything, as far away as the canvas's shape asks for."""
+        x, y, z = self._stage.middle.tolist()
+        return Camera(tuple(camera_position(self._stage, self._aspect).tolist()), (x, y, z))
+
+    def _camera_there(self) -> Camera | None:
+        """Where a person has turned the camera to; None where nobody can be."""
+        there = self._client.camera
+        try:
+            return convert(
+                {"position": there.position.tolist(), "look_at": there.look_at.tolist()}, Camera
+            )
+        except ValidationError:
+            return None
+
+
+def _numbers(camera: Camera) -> tuple[float, ...]:
+    return (*camera.position, *camera.look_at)
 
 
 def _rgb(eyes: NDArray[np.float32] | None) -> NDArray[np.uint8] | None:

@@ -140,6 +140,8 @@ class Session:
                 self._greet(event, screen)
             case asked.Resized():
                 screen.resized(event.width, event.height, event.page_width)
+            case asked.Looked():
+                self._look(event, screen)
             case asked.Broken():
                 screen.say(event.reason)
             case asked.Asked():
@@ -156,8 +158,6 @@ class Session:
                 self._ask_for_file(AS_IT_IS)
             case do.ShowCode():
                 self._show_code(screen)
-            case do.ResetView():
-                screen.reset_view()
             case do.Say(text, good):
                 screen.say(text, good=good)
             case _:
@@ -206,6 +206,11 @@ class Session:
             screen.heard = word.number
         if isinstance(word, asked.SetPlaying | asked.Seek | asked.SetSpeed | asked.SetLoop):
             screen.played = self.document.playback
+
+    def _look(self, word: asked.Looked, screen: Screen) -> None:
+        """A person looks elsewhere; the page shows that already."""
+        seen = screen.looked(word, self.document.seen)
+        self._history = self._history.revise(update(self._facts, self.document, do.Look(seen)))
 
     # --- results ---
     def _deliver(self, event: Delivered, screen: Screen) -> None:

@@ -10,7 +10,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct, to_builtins
 from numpy.typing import NDArray
+
+from ..state.document import Zoom
 
 Array = NDArray[Any]
 Colouring = Literal["class", "valence", "arousal"]
@@ -203,11 +206,12 @@ class CurvesShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class TextShown(Shown):
-    """One line over the page; an empty one takes it away."""
+class LookShown(Shown):
+    """Where to look: the boards' zoom, None for the whole; the open tab, '' for the first."""
 
-    text: str
-    kind: Literal["info", "problem"] = "info"
+    map: Zoom | None
+    landscape: Zoom | None
+    tab: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +225,8 @@ def wire(value: Any) -> Any:
     """A value as the page gets it: dataclasses as dicts, arrays with their shapes."""
     if isinstance(value, np.ndarray):
         return {"shape": list(value.shape), "data": np.ascontiguousarray(_narrow(value)).ravel()}
+    if isinstance(value, Struct):
+        return to_builtins(value)
     if isinstance(value, tuple):
         return [wire(one) for one in value]
     if hasattr(value, "__dataclass_fields__"):

@@ -33,6 +33,7 @@ MAX_COUNT = 2**32 - 1
 Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
 Width = Annotated[float, Meta(ge=0, le=MAX_PB)]
 Count = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
+Metres = Annotated[float, Meta(ge=-1e4, le=1e4)]
 Name = Annotated[str, Meta(max_length=255)]  # as long as a file's name can be
 Axes = Annotated[tuple[Annotated[int, Meta(ge=0, le=127)], ...], Meta(min_length=1, max_length=2)]
 
@@ -121,6 +122,40 @@ def target_of_motion(motion: Motion, eyes: EyeTrack | None = None) -> Target:
     )
 
 
+class Zoom(Struct, frozen=True, forbid_unknown_fields=True):
+    """The part of a board that is looked at, while the board shows what the zoom is of."""
+
+    of: Annotated[str, Meta(max_length=200)]  # the board's axes, in its own words
+    left: Coordinate
+    right: Coordinate
+    bottom: Coordinate
+    top: Coordinate
+
+    def __post_init__(self) -> None:
+        if not (self.left < self.right and self.bottom < self.top):
+            raise ValueError("a zoom without a size")
+
+
+class Camera(Struct, frozen=True, forbid_unknown_fields=True):
+    """Metres; z is up."""
+
+    position: tuple[Metres, Metres, Metres]
+    look_at: tuple[Metres, Metres, Metres]
+
+    def __post_init__(self) -> None:
+        if np.allclose(self.position, self.look_at):
+            raise ValueError("a camera that looks nowhere")
+
+
+class Seen(Struct, frozen=True, forbid_unknown_fields=True):
+    """Where a person looks; None: at the whole, from the front."""
+
+    map: Zoom | None = None
+    landscape: Zoom | None = None
+    camera: Camera | None = None
+    tab: Annotated[str, Meta(max_length=40)] = ""  # of the panel; "": the first
+
+
 class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """What the next run will do."""
 
@@ -180,6 +215,7 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     ghosts: bool = False  # samples from N(mu, sigma^2) around the robot
     eyes: bool = True  # colour the eyes where the motion has a track for them
     export: ExportOptions = ExportOptions()
+    seen: Seen = Seen()
     seed: Count = 0
     draws: Count = 0  # random draws so far; with the seed, what the next draw will be
 

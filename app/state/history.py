@@ -14,7 +14,7 @@ from .document import Document
 
 MAX_UNDO = 100
 REST_SECONDS = 0.8  # a slider that rests this long ends its gesture; a drag ends with the button
-LEFT_ALONE = ("playback", "first_slider")  # of a document
+LEFT_ALONE = ("playback", "first_slider", "seen")  # of a document
 
 
 @dataclass(frozen=True)

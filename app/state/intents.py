@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ...core.windows import Window
-from .document import Colouring, Target
+from .document import Colouring, Seen, Target
 
 
 # --- a point of the latent space ---
@@ -188,6 +188,18 @@ class SetSideBySide:
 
 
 @dataclass(frozen=True)
+class Look:
+    """Zoomed, turned, or at another tab."""
+
+    seen: Seen
+
+
+@dataclass(frozen=True)
+class ResetView:
+    """Look at everything from the front."""
+
+
+@dataclass(frozen=True)
 class SetExportOption:
     name: Literal["file_format", "safe_posture", "beyond_limits"]
     value: str | bool
@@ -204,6 +216,8 @@ ViewIntent = (
     | SetGhosts
     | SetEyes
     | SetSideBySide
+    | Look
+    | ResetView
     | SetExportOption
 )
 
@@ -288,11 +302,6 @@ class ShowCode:
 
 
 @dataclass(frozen=True)
-class ResetView:
-    """Look at everything from the front."""
-
-
-@dataclass(frozen=True)
 class Say:
     """A line for the person."""
 
@@ -302,5 +311,5 @@ class Say:
 
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
-PageIntent = ExportMotion | DownloadMotion | ShowCode | ResetView | Say
+PageIntent = ExportMotion | DownloadMotion | ShowCode | Say
 Intent = DocumentIntent | HistoryIntent | PageIntent

@@ -64,7 +64,12 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
         case do.SetEyes(eyes):
             return replace(document, eyes=eyes)
         case do.SetSideBySide(side_by_side):
-            return replace(document, side_by_side=side_by_side)
+            seen = replace(document.seen, camera=None)  # there are other robots to see
+            return replace(document, side_by_side=side_by_side, seen=seen)
+        case do.Look(seen):
+            return replace(document, seen=seen)
+        case do.ResetView():
+            return replace(document, seen=replace(document.seen, camera=None))
         case do.SetExportOption(name, value):
             if name == "file_format" and value not in FORMATS:
                 return document

@@ -10,13 +10,14 @@ import { Gestures } from "./gestures.js";
 import { Moves } from "./moves.js";
 import { element, isDark, onSchemeChange, Surface, say } from "./page.js";
 import { drawAxes, drawPuck, PUCK } from "./plot.js";
-import { clamp, magnification, moved, toData, toPixel, within, zoomed } from "./scales.js";
+import { clamp, closer, magnification, moved, toData, toPixel, within } from "./scales.js";
 
 /** @typedef {import("./scales.js").Box} Box */
 /** @typedef {import("./scales.js").Extent} Extent */
 /** @typedef {import("./scales.js").Point} Point */
 /** @typedef {import("./scales.js").View} View */
 /** @typedef {import("./messages.js").Asked} Asked */
+/** @typedef {import("./messages.js").Zoom} Zoom */
 /** @typedef {import("./moves.js").Move} Move */
 /** @typedef {(asked: Asked) => void} Ask */
 
@@ -62,14 +63,17 @@ function partsOf(title, label, name) {
 export class Board {
   /**
    * @param {Ask} ask
+   * @param {() => void} looked called when a person has zoomed
    * @param {{ title: string, label: string, name: string }} words
    */
-  constructor(ask, { title, label, name }) {
+  constructor(ask, looked, { title, label, name }) {
     this.ask = ask;
+    this.looked = looked;
     this.name = name;
     this.theme = theme(isDark());
     /** @type {Extent | null} */ this.home = null;
-    /** @type {Extent | null} */ this.zoomedTo = null;
+    this.of = ""; // what the board shows; a zoom holds for that
+    /** @type {Zoom | null} */ this.zoom = null;
     /** @type {Point | null} */ this.puck = null;
     /** @type {Point | null} */ this.hovered = null;
     /** @type {ReturnType<typeof setTimeout> | undefined} */ this.saying = undefined;
@@ -78,7 +82,7 @@ export class Board {
       if (asked) this.ask(asked);
     });
     this.parts = partsOf(title, label, name);
-    this.parts.unzoom.addEventListener("click", () => this.resetZoom());
+    this.parts.unzoom.addEventListener("click", () => this.look(null));
     this.surface = new Surface(this.parts.plot, (context) => this.paint(context));
     new Gestures(this.parts.plot, this.hands());
     this.parts.plot.addEventListener("keydown", (event) => this.key(event));
@@ -146,7 +150,7 @@ export class Board {
   /** @returns {View | null} */
   get view() {
     const { width, height } = this.surface;
-    const extent = this.zoomedTo ?? this.home;
+    const extent = this.zoomed ?? this.home;
     if (!extent || width < 2) return null;
     const m = this.margins();
     const box = this.shaped({
@@ -158,15 +162,20 @@ export class Board {
     return { extent: this.fitted(extent, box), box };
   }
 
+  /** The part that is looked at; null for the whole. */
+  get zoomed() {
+    return this.zoom?.of === this.of ? this.zoom : null;
+  }
+
   /** @param {number} factor @param {Point} about */
-  zoom(factor, about) {
+  zoomBy(factor, about) {
     const { view, home } = this;
     if (!view || !home) return;
     const whole = this.fitted(home, view.box);
     const now = magnification(view.extent, whole);
     const bounded = clamp(now * factor, 1, MOST_ZOOM) / now;
-    const next = zoomed(view.extent, bounded, toData(view, about));
-    this.showZoom(now * bounded > 1.001 ? this.inside(next, whole) : null, now * bounded);
+    const next = closer(view.extent, bounded, toData(view, about));
+    this.look(now * bounded > 1.001 ? this.inside(next, whole) : null);
   }
 
   /** The extent moved so that it does not leave the whole. @param {Extent} extent @param {Extent} whole */
@@ -176,18 +185,33 @@ export class Board {
     return moved(extent, dx, dy);
   }
 
-  /** @param {Extent | null} extent @param {number} factor */
-  showZoom(extent, factor) {
-    this.zoomedTo = extent;
-    this.parts.unzoom.hidden = extent === null;
-    this.parts.unzoom.textContent = `${factor.toFixed(1)}× ⤢`;
+  /** A person looks at this part. @param {Extent | null} extent */
+  look(extent) {
+    this.zoomTo(extent && { of: this.of, ...extent });
+    this.looked();
+  }
+
+  /** @param {Zoom | null} zoom */
+  zoomTo(zoom) {
+    this.zoom = zoom;
+    this.showZoom();
+  }
+
+  showZoom() {
+    const { view, home, zoomed } = this;
+    this.parts.unzoom.hidden = zoomed === null;
+    if (view && home) {
+      const factor = magnification(view.extent, this.fitted(home, view.box));
+      say(this.parts.unzoom, `${factor.toFixed(1)}× ⤢`);
+    }
     this.surface.request();
   }
 
-  /** The whole that there is to see; what it is now called otherwise is shown whole. @param {Extent} home @param {boolean} same */
-  setHome(home, same) {
+  /** The whole that there is to see. @param {Extent} home @param {string} of what the board shows */
+  setHome(home, of) {
     this.home = home;
-    if (!same) this.resetZoom();
+    this.of = of;
+    this.showZoom();
   }
 
   /** @param {Point | null} puck */
@@ -195,19 +219,14 @@ export class Board {
     this.puck = puck;
   }
 
-  resetZoom() {
-    this.showZoom(null, 1);
-  }
-
   /** @param {number} dx @param {number} dy pixels */
   pan(dx, dy) {
     const { view, home } = this;
-    if (!view || !home || !this.zoomedTo) return;
+    if (!view || !home || !this.zoomed) return;
     const { extent, box } = view;
     const x = (-dx / box.width) * (extent.right - extent.left);
     const y = (dy / box.height) * (extent.top - extent.bottom);
-    this.zoomedTo = this.inside(moved(extent, x, y), this.fitted(home, box));
-    this.surface.request();
+    this.look(this.inside(moved(extent, x, y), this.fitted(home, box)));
   }
 
   // --- hands ---
@@ -220,9 +239,9 @@ export class Board {
       end: () => this.endMove(),
       tap: (at, event) => this.tap(at, event),
       hover: (at) => this.hover(at),
-      zoom: (factor, about) => this.zoom(factor, about),
+      zoom: (factor, about) => this.zoomBy(factor, about),
       pan: (dx, dy) => this.pan(dx, dy),
-      reset: () => this.resetZoom(),
+      reset: () => this.look(null),
     };
   }
 

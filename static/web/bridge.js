@@ -129,6 +129,43 @@ export function foldSheet(sheet) {
   return null;
 }
 
+const TURN_KEYS = new Set("wasdqe");
+
+/** Call back when a hand has turned or moved the camera. @param {() => void} turned */
+export function onTurn(turned) {
+  const { canvas } = mutable();
+  let held = false;
+  canvas?.addEventListener("pointerdown", () => {
+    held = true;
+  });
+  canvas?.addEventListener("wheel", turned);
+  addEventListener("pointerup", () => {
+    if (held) turned();
+    held = false;
+  });
+  addEventListener("keyup", ({ target, key }) => {
+    if (target !== document.body && target !== canvas) return;
+    if (TURN_KEYS.has(key.toLowerCase()) || key.startsWith("Arrow")) turned();
+  });
+}
+
+/** The tabs of viser's main panel: of all its lists of tabs the longest. @returns {HTMLElement[]} */
+export function panelTabs() {
+  /** @type {HTMLElement[]} */
+  let found = [];
+  for (const list of document.querySelectorAll('[role="tablist"]')) {
+    const tabs = /** @type {HTMLElement[]} */ ([...list.querySelectorAll('[role="tab"]')]);
+    if (tabs.length > found.length) found = tabs;
+  }
+  return found.length > 1 ? found : [];
+}
+
+/** A docked tab answers to keys, one on a phone to a click. @param {HTMLElement} tab */
+export function openTab(tab) {
+  tab.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));
+  tab.click();
+}
+
 /** Above an element of one of viser's panels: the box whose height it may fill. @type {(host: Element) => HTMLElement | null} */
 export function panelOf(host) {
   let found = host.parentElement;

@@ -25,9 +25,9 @@ const REACH = 10; // pixels from a learned point that the pointer still means it
 const LOWEST = -1.05; // of the axis of a landscape of one dimension
 
 export class LandscapeBoard extends Board {
-  /** @param {Ask} ask */
-  constructor(ask) {
-    super(ask, {
+  /** @param {Ask} ask @param {() => void} looked */
+  constructor(ask, looked) {
+    super(ask, looked, {
       title: "Correlation landscape",
       name: "landscape",
       label: "Correlation landscape. Drag or use the arrow keys to move the puck.",
@@ -60,7 +60,8 @@ export class LandscapeBoard extends Board {
     const home = flat
       ? { left, right, bottom: LOWEST, top: -LOWEST }
       : { left, right, bottom, top };
-    this.setHome(home, this.home?.left === left && this.home.bottom === home.bottom);
+    const corner = [left, bottom].map((value) => value.toFixed(3));
+    this.setHome(home, `${shown.model} ${shown.axis_labels} ${corner}`);
     this.grid = { values: correlation.data, x: x.data, y: y.data };
     this.line = flat ? [] : contour(this.grid, this.level);
     if (!flat) this.colour();

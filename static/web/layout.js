@@ -6,7 +6,15 @@
  * and are put back into whatever holds their place.
  */
 
-import { canvasFrame, foldSheet, PHONE, panelOf, phoneSheet } from "./bridge.js";
+import {
+  canvasFrame,
+  foldSheet,
+  openTab,
+  PHONE,
+  panelOf,
+  panelTabs,
+  phoneSheet,
+} from "./bridge.js";
 import { element, say } from "./page.js";
 
 /** @typedef {import("./board.js").Board} Board */
@@ -18,14 +26,19 @@ export class Layout {
   /**
    * @param {Board[]} boards
    * @param {import("./timebar.js").TimeBar} timebar
-   * @param {(asked: import("./messages.js").Asked) => void} ask
-   * @param {() => void} fitted called when the canvas may have another size
+   * @param {object} calls
+   * @param {(asked: import("./messages.js").Asked) => void} calls.ask
+   * @param {() => void} calls.fitted the canvas may have another size
+   * @param {() => void} calls.looked a person has opened another tab
    */
-  constructor(boards, timebar, ask, fitted) {
+  constructor(boards, timebar, { ask, fitted, looked }) {
     this.boards = boards;
     this.timebar = timebar;
     this.ask = ask;
     this.fitted = fitted;
+    this.looked = looked;
+    this.tab = ""; // the open one of viser's main panel; "": the first
+    /** @type {string | null} */ this.wanted = null; // the one to open once it is there
     this.phone = matchMedia(PHONE);
     this.shown = 0; // which board a phone shows
     /** @type {WeakSet<Element>} */ this.watched = new WeakSet();
@@ -33,11 +46,11 @@ export class Layout {
     /** @type {WeakSet<Element>} */ this.moved = new WeakSet();
     this.resized = new ResizeObserver(() => this.arrange());
     this.notice = element("div", { class: "rb-notice", role: "status", hidden: true });
-    this.tabs = boards.map((board, i) => this.tab(board, i));
+    this.choices = boards.map((board, i) => this.choice(board, i));
     this.slot = element("div", { class: "rb-slot" });
     this.sheet = element("div", { class: "rb-phone", hidden: true }, [
       element("div", { class: "rb-row" }, [
-        ...this.tabs,
+        ...this.choices,
         element("span", { class: "rb-grow" }),
         this.button("Undo", "↶", { type: "Undo" }),
         this.button("Redo", "↷", { type: "Redo" }),
@@ -48,6 +61,7 @@ export class Layout {
     new MutationObserver(() => this.arrange()).observe(document.body, {
       childList: true,
       subtree: true,
+      attributeFilter: ["aria-selected"],
     });
     this.phone.addEventListener("change", () => this.arrange());
     addEventListener("resize", () => this.arrange());
@@ -55,7 +69,7 @@ export class Layout {
   }
 
   /** @param {Board} board @param {number} i */
-  tab(board, i) {
+  choice(board, i) {
     const made = element("button", {
       class: "rb-chip",
       type: "button",
@@ -64,7 +78,7 @@ export class Layout {
     made.textContent = board.name === "map" ? "Map" : "Landscape";
     made.addEventListener("click", () => {
       this.shown = i;
-      this.tabs.forEach((one, k) => {
+      this.choices.forEach((one, k) => {
         one.setAttribute("aria-pressed", String(k === i));
       });
       this.arrange();
@@ -90,6 +104,27 @@ export class Layout {
     if (phone) this.arrangePhone();
     else this.arrangeDesk();
     this.fitCanvas(phone ? this.sheet : this.timebar.root, phone);
+    this.arrangeTab();
+  }
+
+  /** @param {string} name of a tab of viser's main panel; "": the first */
+  openTab(name) {
+    this.wanted = name;
+    this.arrangeTab();
+  }
+
+  arrangeTab() {
+    const tabs = panelTabs();
+    const named = tabs.map((tab, i) => (i ? (tab.textContent ?? "") : ""));
+    const open = tabs.findIndex((tab) => tab.ariaSelected === "true");
+    if (open < 0) return;
+    const wanted = this.wanted === null ? -1 : named.indexOf(this.wanted);
+    this.wanted = null;
+    if (wanted >= 0 && wanted !== open) openTab(tabs[wanted]);
+    else if (this.tab !== named[open]) {
+      this.tab = named[open] ?? "";
+      this.looked();
+    }
   }
 
   arrangePhone() {

@@ -1,6 +1,6 @@
 /** Everything together: what the server shows goes to its part, what a person does goes to the server. */
 
-import { canvasFrame, listen, missing, send } from "./bridge.js";
+import { canvasFrame, listen, missing, onTurn, send } from "./bridge.js";
 import { spaceToggles } from "./keys.js";
 import { LandscapeBoard } from "./landscape.js";
 import { Layout } from "./layout.js";
@@ -16,6 +16,7 @@ import { TimeBar } from "./timebar.js";
 /** @typedef {{ [Kind in keyof Shown]: (shown: Shown[Kind]) => void }} Handlers */
 
 const RESIZE_MS = 300;
+const LOOK_MS = 400; // a camera that was let go swings out in less
 const DOCUMENT = "rnnpb.document"; // in the tab's own storage
 
 class Part {
@@ -23,11 +24,20 @@ class Part {
     installStyle(isDark, onSchemeChange);
     const ask = (/** @type {Asked} */ asked) => send(asked);
     this.robots = new Robots();
-    this.map = new MapBoard(ask);
-    this.landscape = new LandscapeBoard(ask);
+    const looked = () => this.looked();
+    this.map = new MapBoard(ask, looked);
+    this.landscape = new LandscapeBoard(ask, looked);
     this.playback = new Playback(this.robots, ask, () => this.timebar?.refresh());
     this.timebar = new TimeBar(this.playback, ask);
-    this.layout = new Layout([this.map, this.landscape], this.timebar, ask, () => this.fitted());
+    this.layout = new Layout([this.map, this.landscape], this.timebar, {
+      ask,
+      looked,
+      fitted: () => this.fitted(),
+    });
+    onTurn(() => {
+      this.turned = true;
+      looked();
+    });
     this.played = false;
     spaceToggles(() => this.playback.toggle(), this.timebar.play);
     listen((kind, body) => this.hear(kind, body));
@@ -60,7 +70,11 @@ class Part {
         landscape.showPath(shown);
       },
       CurvesShown: (shown) => timebar.showCurves(shown),
-      TextShown: ({ text, kind }) => layout.say(text, kind),
+      LookShown: (shown) => {
+        map.zoomTo(shown.map);
+        landscape.zoomTo(shown.landscape);
+        layout.openTab(shown.tab);
+      },
       DocumentShown: ({ text }) => keep(text),
     };
   }
@@ -114,6 +128,21 @@ class Part {
       if (this.greeted) send({ type: "Resized", ...this.size() });
     }, RESIZE_MS);
   }
+
+  /** The server keeps where a person looks, once that has rested. */
+  looked() {
+    clearTimeout(this.looking);
+    this.looking = setTimeout(() => {
+      if (!this.greeted) return;
+      const { map, landscape, layout, turned } = this;
+      send({ type: "Looked", map: map.zoom, landscape: landscape.zoom, tab: layout.tab, turned });
+      this.turned = false;
+    }, LOOK_MS);
+  }
+
+  turned = false;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  looking = undefined;
 
   told = "";
   greeted = false;

@@ -32,9 +32,9 @@ const FARTHEST = 0.3; // opacity of the point that lies farthest from the slice
 const UNLIT = 0.15; // opacity of what the legend's pointer is not on
 
 export class MapBoard extends Board {
-  /** @param {Ask} ask */
-  constructor(ask) {
-    super(ask, {
+  /** @param {Ask} ask @param {() => void} looked */
+  constructor(ask, looked) {
+    super(ask, looked, {
       title: "PB map",
       name: "map",
       label: "Map of the latent space. Drag or use the arrow keys to move the puck.",
@@ -70,11 +70,9 @@ export class MapBoard extends Board {
   // --- what the server shows ---
   /** @param {MapShown} shown */
   show(shown) {
-    const before = this.shown;
     this.shown = shown;
     const [left = -1, right = 1, bottom = -1, top = 1] = shown.extent.data;
-    const same = before?.title === shown.title && String(before.axes) === String(shown.axes);
-    this.setHome({ left, right, bottom, top }, same);
+    this.setHome({ left, right, bottom, top }, `${shown.title} ${shown.axes}`);
     say(this.parts.heading, shown.title || "PB map"); // the tab above says what it is
     this.marks = this.looks(shown);
     const listed = shown.names.map((name, i) => {

@@ -114,7 +114,11 @@
  * @property {number | null} observed share of the reference that was observed; null: no handle
  */
 
-/** @typedef {{ text: string, kind: "info" | "problem" }} TextShown */
+/**
+ * The part of a board that is looked at, while the board shows what it is `of`.
+ * @typedef {{ of: string, left: number, right: number, bottom: number, top: number }} Zoom
+ */
+/** @typedef {{ map: Zoom | null, landscape: Zoom | null, tab: string }} LookShown */
 /** @typedef {{ text: string }} DocumentShown */
 
 /**
@@ -127,7 +131,7 @@
  * @property {LandscapeShown} LandscapeShown
  * @property {PathShown} PathShown
  * @property {CurvesShown} CurvesShown
- * @property {TextShown} TextShown
+ * @property {LookShown} LookShown
  * @property {DocumentShown} DocumentShown
  */
 
@@ -147,6 +151,7 @@
  *   | { type: "SetLoop", loop: boolean }
  *   | { type: "SetJoint", joint: number | null }
  *   | { type: "SetObserved", share: number }
+ *   | { type: "Looked", map: Zoom | null, landscape: Zoom | null, tab: string, turned: boolean }
  *   | { type: "Undo" }
  *   | { type: "Redo" }
  *   | { type: "Resized", width: number, height: number, ratio: number,

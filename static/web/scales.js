@@ -52,7 +52,7 @@ export function withEqualUnits(extent, box) {
  * The extent seen `factor` times closer, with the point `about` where it is on the screen.
  * @type {(extent: Extent, factor: number, about: Point) => Extent}
  */
-export function zoomed(extent, factor, [x, y]) {
+export function closer(extent, factor, [x, y]) {
   return {
     left: x + (extent.left - x) / factor,
     right: x + (extent.right - x) / factor,

@@ -14,7 +14,9 @@ from rnnpb_explorer.app.commands.photograph import photograph
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
 
 CANVAS, TIME_BAR = "canvas[data-engine]", ".rb-timebar"
+OPEN_TAB = '[role="tab"][aria-selected="true"]'
 DESK = (1280, 720)
+CAMERA = "() => window.__viserMutable.camera.position.toArray()"
 Box = tuple[float, float, float, float]  # left, top, right, bottom
 
 
@@ -159,3 +161,30 @@ def test_nonsense_from_the_page_does_no_harm(explorer: ExplorerPage) -> None:
     explorer.alert("That did not work").wait_for()
     explorer.press("p")
     explorer.until(lambda: not agree(explorer.pose(), pose), "the page does not live on")
+
+
+def test_where_one_looks_comes_back_after_a_reload(explorer: ExplorerPage, app: App) -> None:
+    def sees() -> tuple[list[float], list[float], str]:
+        zoom: list[float] = explorer.part(
+            "['left', 'right', 'bottom', 'top'].map((side) => part.map.view.extent[side])"
+        )
+        camera: list[float] = explorer.page.evaluate(CAMERA)
+        return zoom, camera, str(explorer.page.locator(OPEN_TAB).last.text_content())
+
+    front = sees()
+    explorer.page.mouse.move(*explorer.puck("map"))
+    explorer.page.mouse.wheel(0, -600)
+    explorer.drag((640, 200), (720, 260))  # the camera
+    explorer.tab("View")
+    explorer.until(lambda: all(a != b for a, b in zip(sees(), front, strict=True)), "nothing moves")
+    (session,) = app.sessions.values()
+    explorer.until(
+        lambda: session.document.seen.camera and session.document.seen.map, "nobody keeps the view"
+    )
+    zoom, camera, tab = sees()
+    explorer.reload(app)
+    explorer.until(lambda: sees()[2] == tab == "View", "another tab is open")
+    explorer.until(lambda: sees()[0] == pytest.approx(zoom), "the zoom is gone")
+    explorer.until(lambda: sees()[1] == pytest.approx(camera, abs=0.02), "the camera is elsewhere")
+    explorer.press("r")
+    explorer.until(lambda: sees()[1] == pytest.approx(front[1], abs=0.02), "R does not look home")

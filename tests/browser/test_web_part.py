@@ -165,7 +165,7 @@ def test_two_fingers_zoom_and_leave_the_puck_alone(open_web: OpenWeb) -> None:
     for apart in (30, 45, 60):
         web.fingers(session, "touchMove", (x - apart, y), (x + apart, y))
     web.fingers(session, "touchEnd")
-    web.wait_for("part.map.zoomedTo !== null")
+    web.wait_for("part.map.zoomed !== null")
     assert web.part("part.map.puck") == puck
     assert web.asked("MoveOnMap") == []
 
@@ -188,11 +188,11 @@ def test_the_wheel_zooms_about_the_pointer_and_a_double_click_resets(web: WebPag
     at = web.pixel("map", ELSEWHERE)
     web.page.mouse.move(*at)
     web.page.mouse.wheel(0, -600)
-    web.wait_for("part.map.zoomedTo !== null")
+    web.wait_for("part.map.zoomed !== null")
     assert web.pixel("map", ELSEWHERE) == pytest.approx(at, abs=3)  # a mouse has whole pixels
     expect(web.page.locator("[data-board=map] [title='Show all']")).to_be_visible()
     web.page.mouse.dblclick(*at)
-    web.wait_for("part.map.zoomedTo === null")
+    web.wait_for("part.map.zoomed === null")
 
 
 def test_the_pointer_names_any_point_and_a_click_selects_it(web: WebPage) -> None:

@@ -36,7 +36,6 @@ from rnnpb_explorer.app.page.shown import (
     PlaybackShown,
     PuckShown,
     RobotsShown,
-    TextShown,
 )
 from rnnpb_explorer.core import load_checkpoint
 from rnnpb_explorer.core.correlation import Landscape, landscape_stages
@@ -325,8 +324,6 @@ class Demo:
                 session.show_motion()
             case "dark":
                 session.client.gui.configure_theme(dark_mode=arguments[0] == "on")
-            case "text":
-                session.bridge.show(TextShown(" ".join(arguments), "problem"))
             case "refused":
                 self.say({"refused": session.bridge.refused})
             case "sibling":

@@ -208,13 +208,13 @@ def bridged() -> tuple[Bridge, Connection, list[do.AnyAsked]]:
 def test_what_is_shown_waits_for_hello_and_only_the_newest_of_it() -> None:
     bridge, connection, asked = bridged()
     assert len(connection.sent) == 1  # the script
-    bridge.show(shown.TextShown("first"))
-    bridge.show(shown.TextShown("second"))
+    bridge.show(shown.DocumentShown("first"))
+    bridge.show(shown.DocumentShown("second"))
     assert len(connection.sent) == 1
     connection.handlers[RnnpbAsked](0, RnnpbAsked(HELLO))
     assert [message.body["text"] for message in connection.sent[1:]] == ["second"]
     assert isinstance(asked[0], do.Hello)
-    bridge.show(shown.TextShown("third"))
+    bridge.show(shown.DocumentShown("third"))
     assert connection.sent[-1].body["text"] == "third"
 
 

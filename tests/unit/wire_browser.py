@@ -45,6 +45,7 @@ class WireBrowser:
     ) -> None:
         self.tab = {} if tab is None else tab
         self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
+        self.camera: Point | None = None  # where the app has put it
         self.moves = self.messages = 0  # sent, received
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
         self.nodes: dict[str, dict[str, Any]] = {}  # of the scene, by name
@@ -99,6 +100,8 @@ class WireBrowser:
                 )
             elif kind == "GuiRemoveMessage":
                 self.widgets.pop(message["uuid"], None)
+            elif kind == "SetCameraPositionMessage":
+                self.camera = tuple(message["position"])
             elif kind == "SetPositionMessage":
                 self.nodes.setdefault(message["name"], {})["position"] = message["position"]
             elif kind == "SetOrientationMessage":
@@ -176,6 +179,10 @@ class WireBrowser:
                 up_direction=(0.0, 0.0, 1.0),
             )
         )
+
+    def looked(self, *, turned: bool = False, **seen: object) -> None:
+        """What the page says once zoom, tab or camera have rested."""
+        self.ask("Looked", **{"map": None, "landscape": None, "tab": "", **seen}, turned=turned)
 
     def set(self, label: str, value: object) -> None:
         """Move a slider, tick a box, choose from a list, press a button of a group."""

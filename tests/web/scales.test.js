@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
+  closer,
   digitsOf,
   ellipseOf,
   formatted,
@@ -13,7 +14,6 @@ import {
   toPixel,
   withEqualUnits,
   within,
-  zoomed,
 } from "../../static/web/scales.js";
 
 const box = { left: 30, top: 10, width: 200, height: 100 };
@@ -49,10 +49,10 @@ test("equal units widen the shorter side and keep the middle", () => {
 
 test("zooming leaves the point under the pointer where it is", () => {
   const about = toData(view, [80, 30]);
-  const closer = { extent: zoomed(extent, 2.5, about), box };
-  const [x, y] = toPixel(closer, about);
+  const nearer = { extent: closer(extent, 2.5, about), box };
+  const [x, y] = toPixel(nearer, about);
   assert.ok(Math.abs(x - 80) < 1e-9 && Math.abs(y - 30) < 1e-9);
-  assert.equal(magnification(closer.extent, extent), 2.5);
+  assert.equal(magnification(nearer.extent, extent), 2.5);
 });
 
 test("moved and within", () => {

@@ -659,15 +659,49 @@ def rested(session: Session, resting: threading.Event) -> None:
     assert resting.wait(TIMEOUT)
 
 
-def test_a_session_at_rest_resets_the_view(
-    open_browser: Open, resting: threading.Event, monkeypatch: pytest.MonkeyPatch
+def test_a_session_at_rest_resets_the_view(open_browser: Open, resting: threading.Event) -> None:
+    browser, session = open_browser()
+    rested(session, resting)
+    front = browser.camera
+    browser.look((0.0, 3.0, 2.0), (1280, 720))
+    browser.looked(turned=True)
+    until(session, lambda picture: picture.document.seen.camera is not None)
+    browser.command("Reset the view")
+    until(session, lambda picture: picture.document.seen.camera is None)
+    browser.wait_for(lambda: browser.camera == front)
+
+
+def test_where_a_person_looks_outlives_a_reload_and_undo(
+    open_browser: Open, resting: threading.Event
 ) -> None:
     browser, session = open_browser()
     rested(session, resting)
-    went_home = threading.Event()
-    monkeypatch.setattr(Screen, "reset_view", lambda screen: went_home.set())
-    browser.command("Reset the view")
-    assert went_home.wait(TIMEOUT)
+    zoom = {"of": "a PC1 PC2", "left": 0.0, "right": 1.0, "bottom": -1.0, "top": 0.5}
+    browser.look((0.5, 3.0, 2.0), (1280, 720))
+    browser.looked(map=zoom, tab="View", turned=True)
+    until(session, lambda picture: picture.document.seen.tab == "View")
+    session.send(do.SetMu(0, 0.25))
+    session.send(do.Undo())
+    until(session, lambda picture: mu(picture)[0] != 0.25 and picture.document.seen.tab == "View")
+    assert "LookShown" not in browser.shown  # the page knows
+    tab = kept(browser, session)
+    browser.leave()
+    again, session = open_browser(tab)
+    again.wait_for(lambda: "LookShown" in again.shown)
+    assert again.shown["LookShown"] == {"map": zoom, "landscape": None, "tab": "View"}
+    again.wait_for(lambda: again.camera == (0.5, 3.0, 2.0))
+
+
+@pytest.mark.parametrize("zoom", [(1.0, 1.0, 0.0, 1.0), (2.0, 1.0, 0.0, 1.0), (0.0, 1e9, 0.0, 1.0)])
+def test_a_zoom_that_shows_nothing_is_refused(
+    open_browser: Open, zoom: tuple[float, float, float, float]
+) -> None:
+    browser, session = open_browser()
+    names = ("left", "right", "bottom", "top")
+    browser.looked(map={"of": "", **dict(zip(names, zoom, strict=True))})
+    browser.looked(tab="Help")
+    until(session, lambda picture: picture.document.seen.tab == "Help")
+    assert session.document.seen.map is None
 
 
 def test_a_session_at_rest_shows_its_code(open_browser: Open, resting: threading.Event) -> None:

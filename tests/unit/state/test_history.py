@@ -12,11 +12,14 @@ from msgspec.structs import replace
 
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import (
+    Camera,
     Document,
     ExportOptions,
     Playback,
     RecognitionSettings,
     Run,
+    Seen,
+    Zoom,
 )
 from rnnpb_explorer.app.state.history import LEFT_ALONE, MAX_UNDO, REST_SECONDS, History
 from rnnpb_explorer.app.state.opening import learned_latent
@@ -244,6 +247,9 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "ghosts": lambda document: True,
     "eyes": lambda it: False,
     "export": lambda it: ExportOptions("naoqi", safe_posture=True, beyond_limits=True),
+    "seen": lambda it: Seen(
+        Zoom("PC", 0.0, 1.0, -1.0, 1.0), None, Camera((3.0, 1.0, 2.0), (0.0, 0.0, 1.0)), "View"
+    ),
     "seed": lambda it: 77,
     "draws": lambda it: 5,
 }
@@ -268,5 +274,5 @@ def test_every_choice_is_undone_shared_and_restored(name: str) -> None:
 
 
 def test_what_is_left_alone_is_looking() -> None:
-    assert LEFT_ALONE == ("playback", "first_slider")
+    assert LEFT_ALONE == ("playback", "first_slider", "seen")
     assert REST_SECONDS == 0.8
