@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 Array = NDArray[np.float64]
+# Of the edges across a shape: a renderer in software takes time for each triangle, and at the size
+# of a screen nobody sees more of them.
+DETAIL = 0.62
 Field = Callable[[Array], Array]  # (n, 3) points -> (n,) values
 
 
@@ -107,6 +110,11 @@ def surface(mesh: trimesh.Trimesh, color: str, crease: float = 40.0) -> Surface:
 # Curves across a body, and bodies through curves.
 
 
+def fine(edges: int) -> int:
+    """As many edges as the robot is drawn with; even, for what is the same on both sides."""
+    return max(2 * round(DETAIL * edges / 2), 6)
+
+
 def superellipse(
     ahead: float, behind: float, side: float, center: float = 0.0, power: float = 2.0,
     sides: int = 48,
@@ -129,7 +137,7 @@ def rounded_hull(circles: Sequence[tuple[float, float, float]], sides: int = 72)
     curve = height[:, None] * directions + slope[:, None] * tangents
     closed = np.vstack([curve, curve[:1]])
     length = np.r_[0, np.linalg.norm(np.diff(closed, axis=0), axis=1).cumsum()]
-    at = np.linspace(0, length[-1], sides, endpoint=False)
+    at = np.linspace(0, length[-1], fine(sides), endpoint=False)
     return np.column_stack([np.interp(at, length, closed[:, i]) for i in (0, 1)])
 
 
@@ -170,6 +178,7 @@ def body(
     stations: ArrayLike, rings: int = 32, sides: int = 48, power: float = 2.0
 ) -> trimesh.Trimesh:
     """A solid through stations (z, ahead, behind, side, center) of superellipses."""
+    rings, sides = fine(rings), fine(sides)
     return loft(
         [
             np.column_stack([
@@ -183,14 +192,15 @@ def body(
 def lathe(profile: ArrayLike, rings: int | None = None, sides: int = 40) -> trimesh.Trimesh:
     """A solid of revolution about z through (radius, z), upwards; smoothed with `rings`."""
     line = np.asarray(profile, dtype=np.float64)
+    sides = fine(sides)
     if rings is not None:
-        line = through(np.column_stack([line, np.zeros(len(line))]), rings)[:, :2]
+        line = through(np.column_stack([line, np.zeros(len(line))]), fine(rings))[:, :2]
     t = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     circle = np.column_stack([np.cos(t), np.sin(t)])
     return loft([np.column_stack([max(r, 1e-6) * circle, np.full(sides, z)]) for r, z in line])
 
 
-def sphere(radius: float, at: ArrayLike = (0, 0, 0), detail: int = 3) -> trimesh.Trimesh:
+def sphere(radius: float, at: ArrayLike = (0, 0, 0), detail: int = 2) -> trimesh.Trimesh:
     return trimesh.creation.icosphere(detail, radius).apply_translation(at)
 
 
@@ -198,7 +208,7 @@ def cylinder(
     axis: str, radius: float, half: float, at: ArrayLike = (0, 0, 0), sections: int = 64
 ) -> trimesh.Trimesh:
     """A cylinder about the named axis through `at`."""
-    mesh = trimesh.creation.cylinder(radius, 2 * half, sections=sections)
+    mesh = trimesh.creation.cylinder(radius, 2 * half, sections=fine(sections))
     return mesh.apply_transform(ALONG[axis]).apply_translation(at)
 
 
@@ -208,11 +218,12 @@ def box(size: ArrayLike, at: ArrayLike = (0, 0, 0)) -> trimesh.Trimesh:
 
 def slab(half_y: float, half_z: float, depth: float, bevel: float, power: float) -> trimesh.Trimesh:
     """A plate with round corners, from x = 0 to `depth`; the higher the power, the sharper."""
-    curve = superellipse(1, 1, 1, power=power, sides=64)
+    sides = fine(64)
+    curve = superellipse(1, 1, 1, power=power, sides=sides)
     rings = []
     for x, inset in ((0.0, bevel), (bevel, 0.0), (depth - bevel, 0.0), (depth, bevel)):
         y, z = curve[:, 0] * (half_y - inset), curve[:, 1] * (half_z - inset)
-        rings.append(np.column_stack([np.full(64, x), y, z]))
+        rings.append(np.column_stack([np.full(sides, x), y, z]))
     return loft(rings)
 
 

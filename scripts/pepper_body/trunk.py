@@ -15,6 +15,7 @@ from .shapes import (
     box,
     cut,
     cylinder,
+    fine,
     lathe,
     loft,
     rounded_hull,
@@ -53,7 +54,7 @@ def skirt() -> list[Surface]:
         (0.090, 0.000, 0.042, 0.000, 0.052),
     ]
     rings = []
-    for z, a, b, c, r in through(stations, 30):
+    for z, a, b, c, r in through(stations, fine(30)):
         curve = rounded_hull([(a, b, r), (a, -b, r), (-c, 0, r)])
         height = z + _arch(curve, z)
         rings.append(np.column_stack([curve, height]))

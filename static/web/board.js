@@ -241,7 +241,6 @@ export class Board {
       hover: (at) => this.hover(at),
       zoom: (factor, about) => this.zoomBy(factor, about),
       pan: (dx, dy) => this.pan(dx, dy),
-      reset: () => this.look(null),
     };
   }
 

@@ -19,12 +19,10 @@ import { pageScale } from "./page.js";
  * @property {(at: Point | null) => void} hover null when the pointer has left
  * @property {(factor: number, about: Point) => void} zoom
  * @property {(dx: number, dy: number) => void} pan
- * @property {() => void} reset
  */
 
 const SLOP = 4; // pixels that a press may move and still is a tap
 const TOUCH_SLOP = 7;
-const DOUBLE_MS = 350;
 const WHEEL_RATE = 0.0018; // of zoom for a pixel of the wheel
 
 export class Gestures {
@@ -42,7 +40,6 @@ export class Gestures {
     /** @type {Point} */
     this.from = [0, 0];
     this.still = true; // not moved since it was pressed
-    this.tapped = { time: Number.NEGATIVE_INFINITY, at: /** @type {Point} */ ([0, 0]) };
     target.addEventListener("pointerdown", (event) => this.down(event));
     target.addEventListener("pointermove", (event) => this.move(event));
     target.addEventListener("pointerup", (event) => this.up(event));
@@ -127,18 +124,7 @@ export class Gestures {
     const { state } = this;
     if (this.fingers.size === 0) this.state = "idle";
     if (state === "dragging") this.hands.end();
-    if (state !== "pressed" && !(state === "dragging" && this.still)) return;
-    const at = this.at(event);
-    if (this.again(at, event)) this.hands.reset();
-    else if (state === "pressed") this.hands.tap(at, event);
-  }
-
-  /** Whether this is the second of two taps. @param {Point} at @param {PointerEvent} event */
-  again(at, event) {
-    const apart = Math.hypot(at[0] - this.tapped.at[0], at[1] - this.tapped.at[1]);
-    const double = event.timeStamp - this.tapped.time < DOUBLE_MS && apart < 4 * SLOP;
-    this.tapped = { time: double ? Number.NEGATIVE_INFINITY : event.timeStamp, at };
-    return double;
+    if (state === "pressed") this.hands.tap(this.at(event), event);
   }
 
   /** @param {PointerEvent} event */

@@ -67,6 +67,7 @@ export class LandscapeBoard extends Board {
     if (!flat) this.colour();
     if (this.puck) this.setPuck(this.riding(this.puck));
     this.showNumbers(shown);
+    say(this.parts.heading, shown.target || "Correlation landscape"); // the tab above says what it is
     this.surface.request();
     this.tell();
   }
@@ -121,7 +122,7 @@ export class LandscapeBoard extends Board {
   }
 
   /** @param {LandscapeShown} shown */
-  showNumbers({ mean, area, roughness, complete, window: words, target }) {
+  showNumbers({ mean, area, roughness, complete, window: words }) {
     /** @type {[string, string, string][]} */
     const rows = [
       ["mean", formatted(mean), "mean correlation"],
@@ -138,7 +139,7 @@ export class LandscapeBoard extends Board {
         "data-complete": String(complete),
         text: complete ? "complete" : "coarse …",
       }),
-      element("dd", { class: "rb-note", text: [words, target].filter(Boolean).join(" · ") }),
+      element("dd", { class: "rb-note", text: words }),
     );
   }
 
