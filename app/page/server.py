@@ -39,8 +39,10 @@ from .guard import Guard, page_scripts
 from .robot_nodes import add_robot
 from .robots import ROOT
 from .session import Session
+from .stage import staged
 from .studio import set_up_studio
 from .uploads import TOO_LARGE
+from .words import none_matches
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
@@ -93,7 +95,8 @@ class App:
         guard.too_large = self._refuse_upload
         self._server = serve(options, guard)
         set_up_studio(self._server.scene)
-        add_robot(self._server.scene, self.robot, ROOT)
+        self._staged = staged(self.robot)
+        add_robot(self._server.scene, self._staged, ROOT)
         self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
@@ -126,7 +129,7 @@ class App:
                     client,
                     self.facts,
                     self._engine,
-                    self.robot,
+                    self._staged,
                     self.opening,
                     partial(self._disconnected, client),
                 )
@@ -260,7 +263,9 @@ def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     lines = []
     for one in facts:
         missing = match_joints(robot, one.joints).missing
-        if missing:
+        if len(missing) == len(one.joints):
+            lines.append(none_matches(robot, one))
+        elif missing:
             lines.append(f"{robot.name} lacks joints that {one.name} moves: {', '.join(missing)}")
     return lines
 

@@ -1,0 +1,53 @@
+"""What stands in for shapes that are not there: a ball at every joint, a bar to the next one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from .meshes import Shape, painted
+from .tree import KinematicTree
+
+COLOR = (0.95, 0.6, 0.2, 1.0)  # no robot of shells looks like it
+BALL, BAR, AXIS = 0.025, 0.01, 0.15  # radii, and the length of an axis; of the robot's extent
+LONE = 1.0  # metres; for a robot that is one point
+
+
+def skeleton(
+    tree: KinematicTree, bare: Collection[str], shapes: Iterable[Shape]
+) -> tuple[Shape, ...]:
+    """A ball at each of these links, a rod along the axis that moves it, and bars to the next ones.
+
+    Args:
+        bare: links without a shape.
+        shapes: what there is of the robot; with the joints it says how large all this has to be.
+    """
+    extent = _extent(tree, shapes)
+    axes = {frame.link: frame.axis for frame in tree.frames}
+    out = []
+    for link in bare:
+        frame, pose = tree.links[link]
+        here = pose[:3, 3]
+        ball = trimesh.creation.icosphere(2, BALL * extent)
+        out.append(painted(ball.apply_translation(here), COLOR, frame, link))
+        bars = [(here, there) for there in tree.joined[link]]
+        if link in axes:
+            reach = AXIS / 2 * extent * axes[link]
+            bars.append((-reach, reach))
+        for start, end in bars:
+            if np.linalg.norm(end - start) > BALL * extent:  # else the ball covers it
+                bar = trimesh.creation.cylinder(BAR * extent, segment=[start, end], sections=12)
+                out.append(painted(bar, COLOR, frame, link))
+    return tuple(out)
+
+
+def _extent(tree: KinematicTree, shapes: Iterable[Shape]) -> float:
+    """The largest side of the box around joints and shapes, metres."""
+    points: list[NDArray[np.float64]] = [np.zeros((1, 3)), tree.rest_poses[:, :3, 3]]
+    for shape in shapes:
+        pose = np.eye(4) if shape.frame < 0 else tree.rest_poses[shape.frame]
+        points.append(shape.mesh.bounds @ pose[:3, :3].T + pose[:3, 3])
+    return float(np.ptp(np.concatenate(points), axis=0).max()) or LONE
