@@ -33,7 +33,7 @@ class Robot:
         URDF gives none. velocity_limits: radians (metres) a second, infinite where it gives none.
     openings: joints that are no angles, see `openings.py`.
     warnings: what is not as the URDF says, one plain line each.
-    shapes: what is seen of it; a skeleton of its joints stands in for links whose meshes are missing.
+    shapes: what is seen of it; a skeleton of its joints where meshes are missing.
     meshes: the mesh files that it names, found or not.
     """
 

@@ -18,7 +18,8 @@ MAX_ENTRIES = 5_000  # of a folder that are looked at
 LEVELS = 5  # folders above the description whose packages are looked through
 SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off", ".3mf")
 PACKAGE = re.compile(
-    r"(?P<how>package://|model://|(?:file:(?://)?)?\$\(find (?P<found>[^)]+)\))(?P<rest>.*)", re.DOTALL
+    r"(?P<how>package://|model://|(?:file:(?://)?)?\$\(find (?P<found>[^)]+)\))(?P<rest>.*)",
+    re.DOTALL,
 )
 
 
@@ -61,7 +62,7 @@ class MeshFinder:
             for spelling, remark in _spellings(name):
                 for candidate, how in self._candidates(spelling):
                     file = _in_any_case(candidate) if any_case else candidate
-                    if file is not None and os.path.isfile(file):  # noqa: PTH113 - as below
+                    if file is not None and os.path.isfile(file):
                         case = "found in other case" if any_case else ""
                         return file, ", ".join(filter(None, (remark, how, case)))
         return None, "no such file"
@@ -131,7 +132,7 @@ def _search_path() -> list[Path]:
 def _in_any_case(path: Path) -> Path | None:
     """The file of this path where only capitals differ, below the deepest folder that is there."""
     missing: list[str] = []
-    while not os.path.isdir(path):  # noqa: PTH112 - that of Path raises where a name is too long
+    while not os.path.isdir(path):
         if path.parent == path:
             return None
         missing.append(path.name)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import logging
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -15,6 +17,7 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from .mesh_files import MAX_BYTES, MeshFile, MeshFinder
 from .tree import KinematicTree
+from .urdf_file import LARGEST
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -25,6 +28,8 @@ CREASE = np.radians(35)  # faces that meet at less are smooth, in files without 
 LARGE = 200_000  # faces; smoothing them takes too long
 MAX_FACES = 5_000_000  # of a whole robot
 MAX_VISUALS = 3_000
+# It logs tracebacks of what it cannot read; that is a warning in our words here.
+logging.getLogger("trimesh").setLevel(logging.CRITICAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,7 @@ def load_shapes(
     files: dict[str, MeshFile] = {}
     loaded: dict[str, list[Shape]] = {}
     room = MAX_FACES
-    warnings = []
+    said = []
     for number, (link, visual) in enumerate(_visuals(urdf, tree)):
         geometry = visual.geometry
         if geometry.mesh is not None and geometry.mesh.filename not in files:
@@ -70,24 +75,22 @@ def load_shapes(
         pieces = _pieces(visual, loaded)
         room -= sum(len(piece.mesh.faces) for piece in pieces)
         if room < 0 or number == MAX_VISUALS:
-            warnings.append(f"too many shapes to be shown; left out from link {link} on")
+            said.append(f"too many shapes to be shown; left out from link {link} on")
             break
         for piece in pieces:
             # a file's own colours are worth more than the one that the URDF gives it
             plain = piece.material.name is None and piece.colors is None
             material = color if plain and color is not None else piece.material
             shapes.append(replace(piece.moved(pose), frame=frame, link=link, material=material))
-    return tuple(shapes), tuple(files.values()), warnings
+    return tuple(shapes), tuple(files.values()), said
 
 
-def painted(mesh: trimesh.Trimesh, color: tuple[float, ...], frame: int, link: str) -> Shape:
+def painted(mesh: trimesh.Trimesh, color: tuple[float, ...]) -> Shape:
     """A shape of one colour, RGBA from 0 to 1."""
-    return replace(_shape(mesh), frame=frame, link=link, material=_painted(np.array(color)))
+    return replace(_shape(mesh), material=_painted(np.array(color)))
 
 
-def _visuals(
-    urdf: yourdfpy.URDF, tree: KinematicTree
-) -> Iterator[tuple[str, yourdfpy.Visual]]:
+def _visuals(urdf: yourdfpy.URDF, tree: KinematicTree) -> Iterator[tuple[str, yourdfpy.Visual]]:
     for link in urdf.robot.links:
         if link.name in tree.links:
             yield from ((link.name, visual) for visual in link.visuals)
@@ -122,9 +125,10 @@ def _load(name: str, link: str, finder: MeshFinder) -> tuple[MeshFile, list[Shap
         if file.stat().st_size > MAX_BYTES:
             problem = f"it has over {MAX_BYTES // 1_000_000} MB"
         else:
-            shapes = list(_scene_shapes(trimesh.load_scene(file)))
+            with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
+                shapes = list(_scene_shapes(trimesh.load_scene(file)))
     except Exception:  # each of trimesh's many readers fails in its own ways, with its own words
-        problem = f"{file.suffix[1:].upper()} is not what is in it, or it is broken"
+        problem = f"the file is broken, or no {file.suffix[1:].upper()}"
     return MeshFile(name, link, file, how, "" if shapes else problem), shapes
 
 
@@ -135,7 +139,11 @@ def _scene_shapes(scene: trimesh.Scene) -> Iterator[Shape]:
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
         mesh = scene.geometry[name]
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces) and np.isfinite(mesh.bounds).all():
+        if (
+            isinstance(mesh, trimesh.Trimesh)
+            and len(mesh.faces)
+            and np.abs(mesh.bounds).max() < LARGEST
+        ):
             yield _shape(mesh).moved(np.diag([unit, unit, unit, 1.0]) @ transform)
 
 

@@ -64,8 +64,8 @@ class Violation:
 class SafetyReport:
     """What a motion asks of a robot that the robot should not do.
 
-    violations: the worst first. unchecked: joints of the motion that the robot lacks, or whose limits
-    it does not know.
+    violations: the worst first. unchecked: joints of the motion that the robot lacks, or that have
+    no limits there.
     """
 
     violations: tuple[Violation, ...]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import replace
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from trimesh.transformations import translation_matrix
 
 from .meshes import Shape, painted
 from .tree import KinematicTree
@@ -27,21 +29,30 @@ def skeleton(
     """
     extent = _extent(tree, shapes)
     axes = {frame.link: frame.axis for frame in tree.frames}
+    ball = painted(trimesh.creation.icosphere(2, BALL * extent), COLOR)
+    bar = painted(trimesh.creation.cylinder(BAR * extent, 1.0, sections=12), COLOR)
     out = []
     for link in bare:
         frame, pose = tree.links[link]
         here = pose[:3, 3]
-        ball = trimesh.creation.icosphere(2, BALL * extent)
-        out.append(painted(ball.apply_translation(here), COLOR, frame, link))
-        bars = [(here, there) for there in tree.joined[link]]
+        drawn = [ball.moved(translation_matrix(here))]
+        ends = [(here, there) for there in tree.joined[link]]
         if link in axes:
             reach = AXIS / 2 * extent * axes[link]
-            bars.append((-reach, reach))
-        for start, end in bars:
+            ends.append((-reach, reach))
+        for start, end in ends:
             if np.linalg.norm(end - start) > BALL * extent:  # else the ball covers it
-                bar = trimesh.creation.cylinder(BAR * extent, segment=[start, end], sections=12)
-                out.append(painted(bar, COLOR, frame, link))
+                drawn.append(bar.moved(_along(start, end)))
+        out += [replace(shape, frame=frame, link=link) for shape in drawn]
     return tuple(out)
+
+
+def _along(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(4, 4): from a bar of 1 m along z around the origin to one between two points."""
+    length = np.linalg.norm(end - start)
+    turned = trimesh.geometry.align_vectors([0.0, 0.0, 1.0], (end - start) / length)
+    placed: NDArray[np.float64] = translation_matrix((start + end) / 2) @ turned
+    return placed @ np.diag([1.0, 1.0, length, 1.0])
 
 
 def _extent(tree: KinematicTree, shapes: Iterable[Shape]) -> float:

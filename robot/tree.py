@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .urdf_file import LARGEST
+
 if TYPE_CHECKING:
     import yourdfpy
 
@@ -150,7 +152,12 @@ def _drivers(
             offset += multiplier * joint.mimic.offset
             multiplier *= joint.mimic.multiplier
             target = by_name.get(joint.mimic.joint)
-            if target is None or target.name in seen or target.type not in MOVING_TYPES:
+            if (
+                target is None
+                or target.name in seen
+                or target.type not in MOVING_TYPES
+                or abs(multiplier) > LARGEST
+            ):
                 warnings.append(
                     f"joint {name} mimics {joint.mimic.joint}, which does not move; it stays still"
                 )

@@ -19,6 +19,7 @@ from ..core.errors import InputError
 MAX_BYTES = 20_000_000
 MAX_LINKS = 5_000  # of all that a description may have; robots have some hundred
 LARGEST = 1e6  # metres, radians, factors: beyond it is no robot
+SMALLEST = 1e-7  # metres
 # As it declares itself; where that is wrong, as most are, and at last one that takes any bytes.
 ENCODINGS = (None, "utf-8", "iso-8859-1")
 # Where a text is no XML to the letter, but other readers know what is meant; libxml2's numbers.
@@ -32,6 +33,19 @@ PASSED = {
     68: "an & that begins no entity",
     80: "-- in a comment",
     201: "a prefix is declared nowhere",
+}
+BROKEN = {
+    4: "it does not begin with a tag",
+    9: "a character that XML does not allow",
+    38: "a < in a value",
+    39: "a value without quotes",
+    40: "a value without a closing quote",
+    41: "an attribute without a value",
+    65: "a space is missing between attributes",
+    73: "a tag without its >",
+    76: "a tag is closed that is not the open one",
+    77: "it ends within <robot>",
+    114: "entities or tags within each other without end",
 }
 # What a robot is built of here; everything else in a description is for other programs.
 CHILDREN = {
@@ -96,6 +110,8 @@ def read_urdf(path: Path) -> tuple[ElementTree.Element, list[str]]:
 
 
 def _parse(content: bytes, path: Path) -> tuple[etree._Element, dict[str, str]]:
+    if not content.strip():
+        raise InputError(f"{path} is empty, so no URDF")
     reason = ""
     for encoding in ENCODINGS:
         # Entities are worked out within libxml2's bounds, and never fetched.
@@ -120,9 +136,9 @@ def _parse(content: bytes, path: Path) -> tuple[etree._Element, dict[str, str]]:
                 )
             return root, warnings
         if wrong is not None and not reason:
-            message = " ".join(wrong.message.split())
-            reason = f"{message}, line {wrong.line}, column {wrong.column}"
-    raise InputError(f"{path} is not XML, so no URDF: {reason or 'there is nothing in it'}")
+            what = BROKEN.get(wrong.type, "it is broken")
+            reason = f"line {wrong.line}, column {wrong.column}: {what}"
+    raise InputError(f"{path} is not XML, so no URDF: {reason or 'it is broken'}")
 
 
 def _local(element: etree._Element) -> str:
@@ -166,7 +182,7 @@ class _Reading:
 
     def _unexpanded(self) -> InputError:
         return InputError(
-            f"{self.path} is a xacro file; expand it first: xacro {self.path.name} > robot.urdf"
+            f"{self.path} is a xacro file; expand it first: xacro {self.path.name} > expanded.urdf"
         )
 
     def _warn(self, element: etree._Element, what: str, done: str, kind: str = "") -> None:
@@ -186,7 +202,7 @@ class _Reading:
             kind = _local(child)
             if child.prefix is None and kind in CHILDREN.get(tag, ()):
                 if kind == "visual":
-                    copy.extend(self._visual(child))
+                    copy.extend(list(self._visual(child)))
                 elif tag in ("robot", "link") or copy.find(kind) is None:
                     copy.append(self._copy(child, kind))
         return copy
@@ -213,7 +229,7 @@ class _Reading:
         if lacking:
             self._warn(known, f"a {tag} without {' and '.join(lacking)}", "left out")
             return
-        if any(float(n) <= 0 for name in sizes for n in shape.attrib[name].split()):
+        if any(float(n) < SMALLEST for name in sizes for n in shape.attrib[name].split()):
             self._warn(known, f"a {tag} of no size", "left out")
             return
         if tag == "capsule":  # yourdfpy keeps the name, which tells `meshes.py`
@@ -253,9 +269,8 @@ class _Reading:
                 what = f"of the type {kind!r}" if kind else "without a type"
                 self.warnings[f"type {kind}"] = f"joint {name} is {what}; it stays still"
                 joint.set("type", "fixed")
-            axis = joint.find("axis")
-            still = joint.get("type") == "fixed"
-            if not still and axis is not None and not any(map(float, axis.get("xyz", "1 0 0").split())):
+            axis = [float(n) for one in joint.iterfind("axis") for n in one.get("xyz", "1").split()]
+            if joint.get("type") != "fixed" and axis and not any(axis):
                 self.warnings["axis"] = f"joint {name} has no axis to move about; it stays still"
                 joint.set("type", "fixed")
             for end in ("parent", "child"):

@@ -114,7 +114,9 @@ def _limits(facts: dict[str, Any], joint: str) -> str:
         position = f"{_shown(lower)} to {_shown(upper)} {unit}"
     words = [position, "any speed" if speed is None else f"at most {speed:g} {unit}/s"]
     if "matched" in facts:
-        words.append("moved by the model" if joint in facts["matched"] else "not moved by the model")
+        words.append(
+            "moved by the model" if joint in facts["matched"] else "not moved by the model"
+        )
     return ", ".join(words)
 
 

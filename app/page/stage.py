@@ -1,7 +1,7 @@
 """Where things stand in the scene: robots side by side on the floor, the camera before them.
 
-World frame: z up, metres; robots face +x, towards the camera. A robot that is much smaller or larger
-than a person is shown as large as Pepper: camera, light, shadows, floor and names suit it then, too.
+World frame: z up, metres; robots face +x, towards the camera. A robot that is much smaller or
+larger than a person is shown as large as Pepper: camera, light, shadows, floor and names suit it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ FOV = math.radians(30)  # vertical
 MARGIN = 1.02  # around what must be seen
 AS_IT_IS = (0.6, 1.8)  # metres, the largest side of robots that are shown in their own size
 SHOWN_SIZE = 1.2  # metres, of all others
+SMALLEST = 1e-6  # metres, of a robot of which anything can be seen
 FRONT = 0.4  # metres, how far Pepper reaches towards the camera
 
 
@@ -44,7 +45,8 @@ def staged(robot: Robot) -> Robot:
     """The robot with its lowest point on the floor, in the size in which it is shown."""
     low, high = extent(robot)
     largest = float((high - low).max())
-    scale = 1.0 if AS_IT_IS[0] <= largest <= AS_IT_IS[1] else SHOWN_SIZE / largest
+    as_it_is = AS_IT_IS[0] <= largest <= AS_IT_IS[1] or largest < SMALLEST
+    scale = 1.0 if as_it_is else SHOWN_SIZE / largest
     lift = np.array([0.0, 0.0, -scale * low[2]])
 
     def frame(one: MovingFrame) -> MovingFrame:
@@ -64,7 +66,9 @@ def staged(robot: Robot) -> Robot:
     )
     to_scale = np.diag([scale, scale, scale, 1.0])
     shapes = [
-        shape.moved(_placed(to_scale, 1.0, lift, shape.frame)) if scale != 1 or shape.frame < 0 else shape
+        shape.moved(_placed(to_scale, 1.0, lift, shape.frame))
+        if scale != 1 or shape.frame < 0
+        else shape
         for shape in robot.shapes
     ]
     return replace(robot, tree=tree, shapes=tuple(shapes))
