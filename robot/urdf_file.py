@@ -114,9 +114,9 @@ def _parse(content: bytes, path: Path) -> tuple[etree._Element, dict[str, str]]:
         raise InputError(f"{path} is empty, so no URDF")
     reason = ""
     for encoding in ENCODINGS:
-        # Entities are worked out within libxml2's bounds, and never fetched.
+        # Entities are worked out within libxml2's bounds; none is read from elsewhere (lxml 5).
         parser = etree.XMLParser(
-            recover=True, resolve_entities="internal", no_network=True, huge_tree=False,
+            recover=True, no_network=True, huge_tree=False,
             remove_comments=True, remove_pis=True, encoding=encoding,
         )  # fmt: skip
         try:
@@ -200,7 +200,7 @@ class _Reading:
             self._copy_numbers(element, copy, name, count)
         for child in element:
             kind = _local(child)
-            if child.prefix is None and kind in CHILDREN.get(tag, ()):
+            if not child.prefix and kind in CHILDREN.get(tag, ()):
                 if kind == "visual":
                     copy.extend(list(self._visual(child)))
                 elif tag in ("robot", "link") or copy.find(kind) is None:
@@ -215,7 +215,7 @@ class _Reading:
     def _visual(self, element: etree._Element) -> Iterable[ElementTree.Element]:
         """The visual, or nothing where its shape cannot be shown."""
         visual = self._copy(element, "visual")
-        inside = [one for one in element.iterfind("{*}geometry/{*}*") if one.prefix is None]
+        inside = [one for one in element.iterfind("{*}geometry/{*}*") if not one.prefix]
         known = next((one for one in inside if _local(one) in SHAPES), None)
         if known is None:
             names = ", ".join(f"<{_local(one)}>" for one in inside[:3]) or "nothing"
