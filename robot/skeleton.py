@@ -14,7 +14,9 @@ from .meshes import Shape, painted
 from .tree import KinematicTree
 
 COLOR = (0.95, 0.6, 0.2, 1.0)  # no robot of shells looks like it
-BALL, BAR, AXIS = 0.025, 0.01, 0.15  # radii, and the length of an axis; of the robot's extent
+BALL, BAR, AXIS = 0.02, 0.007, 0.12  # radii, and the length of an axis; of the robot's extent
+SHORT = 0.15  # of that extent; shorter bones, as of fingers, are thinner, too
+THINNEST = 0.2
 LONE = 1.0  # metres; for a robot that is one point
 
 
@@ -31,28 +33,38 @@ def skeleton(
     axes = {frame.link: frame.axis for frame in tree.frames}
     ball = painted(trimesh.creation.icosphere(2, BALL * extent), COLOR)
     bar = painted(trimesh.creation.cylinder(BAR * extent, 1.0, sections=12), COLOR)
+    above = {frame.link: float(np.linalg.norm(frame.origin[:3, 3])) for frame in tree.frames}
     out = []
     for link in bare:
         frame, pose = tree.links[link]
         here = pose[:3, 3]
-        drawn = [ball.moved(translation_matrix(here))]
         ends = [(here, there) for there in tree.joined[link]]
+        bones = [above.get(link, 0.0), *(float(np.linalg.norm(end - here)) for _, end in ends)]
+        longest = max(bones) or SHORT * extent
+        thin = float(np.clip(longest / (SHORT * extent), THINNEST, 1.0))
+        drawn = [ball.moved(translation_matrix(here) @ _scaled(thin, thin))]
         if link in axes:
-            reach = AXIS / 2 * extent * axes[link]
+            reach = AXIS / 2 * thin * extent * axes[link]
             ends.append((-reach, reach))
         for start, end in ends:
-            if np.linalg.norm(end - start) > BALL * extent:  # else the ball covers it
-                drawn.append(bar.moved(_along(start, end)))
+            if np.linalg.norm(end - start) > BALL * thin * extent:  # else the ball covers it
+                drawn.append(bar.moved(_along(start, end, thin)))
         out += [replace(shape, frame=frame, link=link) for shape in drawn]
     return tuple(out)
 
 
-def _along(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(4, 4): from a bar of 1 m along z around the origin to one between two points."""
-    length = np.linalg.norm(end - start)
+def _scaled(across: float, along: float) -> NDArray[np.float64]:
+    return np.diag([across, across, along, 1.0])
+
+
+def _along(
+    start: NDArray[np.float64], end: NDArray[np.float64], thin: float
+) -> NDArray[np.float64]:
+    """(4, 4): from a bar of 1 m along z around the origin to a thin one between two points."""
+    length = float(np.linalg.norm(end - start))
     turned = trimesh.geometry.align_vectors([0.0, 0.0, 1.0], (end - start) / length)
     placed: NDArray[np.float64] = translation_matrix((start + end) / 2) @ turned
-    return placed @ np.diag([1.0, 1.0, length, 1.0])
+    return placed @ _scaled(thin, length)
 
 
 def _extent(tree: KinematicTree, shapes: Iterable[Shape]) -> float:

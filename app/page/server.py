@@ -46,6 +46,7 @@ from .words import none_matches
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
+MOST_REMARKS = 8  # on the robot, in the log
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
 FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
 log = logging.getLogger(__name__)
@@ -86,7 +87,7 @@ class App:
         models = load_models(options)
         self.robot = load_robot(options.robot)
         self.facts = describe_models(models, options)
-        for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
+        for warning in (*unmatched_joints(self.robot, self.facts), *remarks(self.robot)):
             log.warning("%s", warning)
         self.opening = opening(self.facts, models[0], options)
         self._lock = threading.Lock()
@@ -256,6 +257,13 @@ def liveliest(facts: ModelFacts) -> int:
     labels = [facts.labels.get(name) for name in facts.motions]
     ratings = [label.arousal or 0.0 if label is not None else 0.0 for label in labels]
     return ratings.index(max(ratings))
+
+
+def remarks(robot: Robot) -> list[str]:
+    """The first of what is not as its description says."""
+    rest = len(robot.warnings) - MOST_REMARKS
+    more = [f"and {rest} more remarks on {robot.name}; rnnpb robot lists them"] if rest > 0 else []
+    return [*robot.warnings[:MOST_REMARKS], *more]
 
 
 def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:

@@ -71,7 +71,8 @@ def staged(robot: Robot) -> Robot:
         else shape
         for shape in robot.shapes
     ]
-    return replace(robot, tree=tree, shapes=tuple(shapes))
+    size = () if as_it_is else (f"{largest:.2g} m large, shown {scale:.2g} times its size",)
+    return replace(robot, tree=tree, shapes=tuple(shapes), warnings=(*size, *robot.warnings))
 
 
 def _placed(pose: Vector, scale: float, lift: Vector, parent: int) -> Vector:

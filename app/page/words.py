@@ -64,5 +64,5 @@ def light_words(report: SafetyReport) -> str:
 
 def none_matches(robot: Robot, facts: ModelFacts) -> str:
     """A robot that stands still, and why."""
-    joints = some_names(facts.joints)
-    return f"{robot.name} has none of the joints of {facts.name} and stands still: {joints}"
+    joints = some_names(facts.joints, 3)
+    return f"{robot.name} stands still: it has none of the joints of {facts.name} ({joints})"

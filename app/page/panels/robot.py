@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from html import escape
 
@@ -61,7 +62,8 @@ def missing_line(robot: Robot) -> str:
     if not missing:
         return ""
     files = "mesh" if len(missing) == 1 else "meshes"
-    return f"{len(missing)} {files} missing, joints drawn instead: {some_names(missing, 3)}"
+    names = [re.split(r"[\\/]", name)[-1] for name in missing]
+    return f"{len(missing)} {files} missing, joints drawn instead: {some_names(names, 3)}"
 
 
 class RobotPanel:
