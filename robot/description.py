@@ -13,7 +13,7 @@ import numpy as np
 import yourdfpy
 
 from ..core.errors import InputError
-from .mesh_files import MeshFile, MeshFinder
+from .mesh_files import MeshFile, MeshFinder, mesh_warnings
 from .meshes import Shape, load_shapes
 from .openings import openings
 from .pepper import PEPPER_URDF
@@ -148,11 +148,7 @@ def _load(path: Path, name: str) -> Robot:
         warnings.append(f"not joined to {base}, so left out: {some_names(loose)}")
     shapes, meshes, more = load_shapes(urdf, tree, MeshFinder(path))
     warnings += more
-    for mesh in meshes:
-        if mesh.problem:
-            warnings.append(f"link {mesh.link} is shown without {mesh.name}: {mesh.problem}")
-        elif mesh.remark:
-            warnings.append(f"{mesh.name}: {mesh.remark}")
+    warnings += mesh_warnings(meshes)
     shapes += skeleton(tree, _bare(urdf, tree, shapes), shapes)
     moving = [
         joint

@@ -16,7 +16,7 @@ from lxml import etree
 MAX_BYTES = 200_000_000  # of one mesh
 MAX_ENTRIES = 5_000  # of a folder that are looked at
 LEVELS = 5  # folders above the description whose packages are looked through
-SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off", ".3mf")
+SUFFIXES = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf", ".off")
 PACKAGE = re.compile(
     r"(?P<how>package://|model://|(?:file:(?://)?)?\$\(find (?P<found>[^)]+)\))(?P<rest>.*)",
     re.DOTALL,
@@ -37,6 +37,22 @@ class MeshFile:
     file: Path | None
     remark: str = ""
     problem: str = ""
+
+
+def mesh_warnings(meshes: tuple[MeshFile, ...]) -> list[str]:
+    """A line for each that is missing, and one for those that were found in the same other way."""
+    ways: dict[str, list[str]] = {}
+    for mesh in meshes:
+        if mesh.remark and not mesh.problem:
+            ways.setdefault(mesh.remark, []).append(mesh.name)
+    return [
+        f"link {mesh.link} is shown without {mesh.name}: {mesh.problem}"
+        for mesh in meshes
+        if mesh.problem
+    ] + [
+        names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "") + f": {remark}"
+        for remark, names in ways.items()
+    ]
 
 
 class MeshFinder:

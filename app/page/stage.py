@@ -71,7 +71,7 @@ def staged(robot: Robot) -> Robot:
         else shape
         for shape in robot.shapes
     ]
-    size = () if as_it_is else (f"{largest:.2g} m large, shown {scale:.2g} times its size",)
+    size = () if as_it_is else (f"{largest:.3g} m large, shown {scale:.3g} times its size",)
     return replace(robot, tree=tree, shapes=tuple(shapes), warnings=(*size, *robot.warnings))
 
 

@@ -18,9 +18,11 @@ from rnnpb_explorer.app.page.stage import room_of, staged
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.kinematics import joint_poses
+from rnnpb_explorer.robot.meshes import to_glb
 
 FIELD = Path(__file__).parents[1] / "field" / "urdf"
 DESCRIPTIONS = {path.name: path.read_bytes() for path in sorted(FIELD.glob("*.urdf"))}
+MESHES = {path.name: path.read_bytes() for path in sorted((FIELD / "meshes").iterdir())}
 ODD = (
     b"", b" ", b"0", b"0 0 0", b"-1", b"1e999", b"nan", b"-inf", b"1e300", b"1,5", b"1 2", b"pi/2",
     b"${pi}", b"$(find x)", b"1.0f", b"base", b"arm", b"world", b"j1", b"prismatic", b"fixed",
@@ -28,7 +30,7 @@ ODD = (
     b"model://x", b"http://x/a.stl", b"%00.stl", b"%", b"\\", b"a" * 3000 + b".stl", b"&lt;",
     b"&a;", b"\xff", b"1e-300", b"\xe2\x88\x921",
 )  # fmt: skip
-OWN_WORDS = ("Error", "Exception", "Traceback", "object at 0x", "NoneType", "yourdfpy", "trimesh")
+NOT_OURS = ("Error", "Exception", "Traceback", "object at 0x", "NoneType", "yourdfpy", "trimesh")
 
 Mutation = Callable[[bytes], bytes]
 
@@ -84,20 +86,46 @@ def test_a_robot_or_one_line(
     path.write_bytes(text)
     caplog.clear()
     try:
-        robot = load_robot(str(path))
+        said = seen(path)
     except InputError as error:
-        said = [str(error)]
+        said = (str(error),)
         assert "robot.urdf" in said[0]
-    else:
-        said = list(robot.warnings)
-        shown = staged(robot)
-        assert np.isfinite(room_of(shown)).all()
-        zeros = np.zeros((2, len(robot.joints)))
-        poses = joint_poses(shown, robot.joints, zeros)
-        assert np.isfinite(poses.wxyz).all()
-        assert np.isfinite(poses.position).all()
-        assert lines(describe(robot, None))
+    in_own_words(said, caplog)
+
+
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    name=st.sampled_from(sorted(MESHES)),
+    changes=st.lists(mutations(), min_size=1, max_size=4),
+)
+def test_whatever_becomes_of_a_mesh_there_is_a_robot(
+    name: str, changes: list[Mutation], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    mesh = MESHES[name]
+    for change in changes:
+        mesh = change(mesh)
+    (tmp_path / name).write_bytes(mesh)
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(DESCRIPTIONS["utf8-bom.urdf"].replace(b"meshes/Part.STL", name.encode()))
+    caplog.clear()
+    in_own_words(seen(path), caplog)
+
+
+def seen(path: Path) -> tuple[str, ...]:
+    """A robot's warnings, once all that is shown of it was made and found to be numbers."""
+    robot = load_robot(str(path))
+    shown = staged(robot)
+    assert np.isfinite(room_of(shown)).all()
+    poses = joint_poses(shown, robot.joints, np.zeros((2, len(robot.joints))))
+    assert np.isfinite(poses.wxyz).all()
+    assert np.isfinite(poses.position).all()
+    assert to_glb(list(shown.shapes))
+    assert lines(describe(robot, None))
+    return robot.warnings
+
+
+def in_own_words(said: tuple[str, ...], caplog: pytest.LogCaptureFixture) -> None:
     for line in said:
         assert "\n" not in line
-        assert not any(word in line for word in OWN_WORDS), line
+        assert not any(word in line for word in NOT_OURS), line
     assert [one for one in caplog.records if one.levelno >= logging.WARNING] == []
