@@ -51,7 +51,7 @@ TABLE = {
     "mimic-limit": Read(),
     "no-limit-revolute": Read(),
     "no-meshes-found": Read(
-        ((-0.025, -0.025, -0.075), (0.025, 0.025, 0.075)), warnings=("none.dae: no such file",)
+        ((-0.02, -0.02, -0.06), (0.02, 0.02, 0.06)), warnings=("none.dae: no such file",)
     ),
     "spaces-in-number": Read(warnings=("-1.0f",)),
     "unbound-prefix": Read(warnings=("line 6: a prefix is declared nowhere",)),
@@ -255,7 +255,7 @@ def test_without_meshes_joints_are_drawn_where_they_are(tmp_path: Path) -> None:
     robot = _load(tmp_path, WHOLE.replace('"arm"/>', f'"arm">{lost}</link>', 1))
     assert robot.missing_meshes == ("lost.stl",)
     assert {shape.link for shape in robot.shapes} == {"base", "arm"}
-    np.testing.assert_allclose(extent(robot)[:, 2], [-0.025, 1.075], atol=1e-6)  # 1 m between them
+    np.testing.assert_allclose(extent(robot)[:, 2], [-0.02, 1.06], atol=1e-6)  # 1 m between them
     orange = np.round(255 * np.array(COLOR)).astype(int).tolist()
     assert {tuple(shape.material.baseColorFactor) for shape in robot.shapes} == {tuple(orange)}
 
