@@ -73,7 +73,7 @@ class MeshFinder:
         if re.match(r"https?:", name, re.IGNORECASE):
             return None, "it is on the network, from where nothing is fetched"
         if not _spellings(name)[0][0].lower().endswith(SUFFIXES):
-            return None, f"its name must end in one of {' '.join(SUFFIXES)}"
+            return None, f"of meshes {' '.join(SUFFIXES)} can be read"
         for any_case in (False, True):
             for spelling, remark in _spellings(name):
                 for candidate, how in self._candidates(spelling):

@@ -30,8 +30,12 @@ PASSED = {
     38: "a < in a value",
     42: "an attribute is given twice",
     64: "something stands before <?xml ...?>",
+    65: "a space is missing",
     68: "an & that begins no entity",
     80: "-- in a comment",
+    96: "<?xml ...?> without a version",
+    97: "an unknown version of XML",
+    108: "an unknown version of XML",
     201: "a prefix is declared nowhere",
 }
 BROKEN = {
@@ -41,7 +45,6 @@ BROKEN = {
     39: "a value without quotes",
     40: "a value without a closing quote",
     41: "an attribute without a value",
-    65: "a space is missing between attributes",
     73: "a tag without its >",
     76: "a tag is closed that is not the open one",
     77: "it ends within <robot>",
@@ -195,7 +198,9 @@ class _Reading:
         for name in NAMES.get(tag, ()):
             value = element.get(name)
             if value is not None:
-                copy.set(name, self._plain(value.strip()))
+                if EXPRESSION.search(value):
+                    raise self._unexpanded()
+                copy.set(name, value.strip())
         for name, count in NUMBERS.get(tag, {}).items():
             self._copy_numbers(element, copy, name, count)
         for child in element:
@@ -206,11 +211,6 @@ class _Reading:
                 elif tag in ("robot", "link") or copy.find(kind) is None:
                     copy.append(self._copy(child, kind))
         return copy
-
-    def _plain(self, value: str) -> str:
-        if EXPRESSION.search(value):
-            raise self._unexpanded()
-        return value
 
     def _visual(self, element: etree._Element) -> Iterable[ElementTree.Element]:
         """The visual, or nothing where its shape cannot be shown."""
@@ -296,7 +296,9 @@ class _Reading:
         text = element.get(name)
         if text is None:
             return
-        said = f'<{copy.tag} {name}="{self._plain(text)[:40]}">'
+        if "${" in text:
+            raise self._unexpanded()
+        said = f'<{copy.tag} {name}="{text[:40]}">'
         values, exact = read_numbers(text, count)
         if name == "scale" and values is None and (single := read_numbers(text, 1)[0]):
             values, exact = single * 3, False
