@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import importlib
-import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import yourdfpy
 
 from ..core.errors import InputError
+from .mesh_files import MeshFile, MeshFinder, mesh_warnings
 from .meshes import Shape, load_shapes
 from .openings import openings
 from .pepper import PEPPER_URDF
+from .skeleton import skeleton
 from .tree import MOVING_TYPES, KinematicTree, build_tree
+from .urdf_file import read_urdf
 
 DESCRIPTIONS_EXTRA = "robots"  # the optional extra that brings robot_descriptions
 
@@ -28,6 +33,8 @@ class Robot:
         URDF gives none. velocity_limits: radians (metres) a second, infinite where it gives none.
     openings: joints that are no angles, see `openings.py`.
     warnings: what is not as the URDF says, one plain line each.
+    shapes: what is seen of it; a skeleton of its joints where meshes are missing.
+    meshes: the mesh files that it names, found or not.
     """
 
     name: str
@@ -38,6 +45,17 @@ class Robot:
     warnings: tuple[str, ...]
     tree: KinematicTree
     shapes: tuple[Shape, ...]
+    meshes: tuple[MeshFile, ...] = ()
+
+    @property
+    def missing_meshes(self) -> tuple[str, ...]:
+        """As the description names them: nothing of these is shown."""
+        return tuple(mesh.name for mesh in self.meshes if mesh.problem)
+
+    def limited(self, joint: str) -> bool:
+        """Whether it is a joint of this robot and has any limit."""
+        limits = (*self.limits.get(joint, ()), self.velocity_limits.get(joint, np.inf))
+        return not np.isinf(limits).all()
 
     def neutral(self, joint: str) -> float:
         """Where a joint rests that nothing moves: 0, or the nearest value within its limits."""
@@ -117,15 +135,21 @@ def _described(name: str) -> Path:
 
 
 def _load(path: Path, name: str) -> Robot:
-    root = _read(path)
-    urdf = _parse(path)
+    root, warnings = read_urdf(path)
+    # Without scene: yourdfpy's own would need every mesh to be there and whole.
+    urdf = yourdfpy.URDF.load(
+        BytesIO(ElementTree.tostring(root)), build_scene_graph=False, load_meshes=False
+    )
     base = _base_link(urdf, path)
-    tree, warnings = build_tree(urdf, base)
+    tree, more = build_tree(urdf, base)
+    warnings += more
     loose = [link.name for link in urdf.robot.links if link.name not in tree.links]
     if loose:
-        warnings.append(f"not joined to {base}, so left out: {', '.join(loose)}")
-    shapes, more = load_shapes(urdf, tree, path)
+        warnings.append(f"not joined to {base}, so left out: {some_names(loose)}")
+    shapes, meshes, more = load_shapes(urdf, tree, MeshFinder(path))
     warnings += more
+    warnings += mesh_warnings(meshes)
+    shapes += skeleton(tree, _bare(urdf, tree, shapes), shapes)
     moving = [
         joint
         for joint in urdf.robot.joints
@@ -140,45 +164,26 @@ def _load(path: Path, name: str) -> Robot:
         tuple(warnings),
         tree,
         shapes,
+        meshes,
     )
 
 
-def _read(path: Path) -> ElementTree.Element:
-    try:
-        root = ElementTree.parse(path).getroot()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    except ElementTree.ParseError as error:
-        raise InputError(f"{path} is not XML, so no URDF: {error}") from error
-    if root.tag != "robot":
-        raise InputError(f"{path} is no URDF: its root is <{root.tag}>, expected <robot>")
-    if any("xacro" in str(element.tag) for element in root.iter()):
-        raise InputError(f"{path} is a xacro file; expand it first: xacro {path.name} > robot.urdf")
-    return root
-
-
-def _parse(path: Path) -> yourdfpy.URDF:
-    try:
-        # Without scene: yourdfpy's own would need every mesh to be there and whole.
-        return yourdfpy.URDF.load(
-            str(path), build_scene_graph=False, load_meshes=False, mesh_dir=str(path.parent)
-        )
-    except (ValueError, KeyError, AttributeError, TypeError, IndexError) as error:
-        reason = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError(f"{path} is no complete URDF ({reason})") from error
+def _bare(urdf: yourdfpy.URDF, tree: KinematicTree, shapes: tuple[Shape, ...]) -> list[str]:
+    """Links of which nothing is seen that should be; all, where nothing of the robot is seen."""
+    seen = {shape.link for shape in shapes}
+    return [
+        link.name
+        for link in urdf.robot.links
+        if link.name in tree.links and link.name not in seen and (link.visuals or not seen)
+    ]
 
 
 def _base_link(urdf: yourdfpy.URDF, path: Path) -> str:
     """The link that carries the others: of several without a parent, the one with most below it."""
     links = [link.name for link in urdf.robot.links]
-    if not links:
-        raise InputError(f"{path} has no link")
     children: dict[str, list[str]] = {}
     parents: dict[str, str] = {}
     for joint in urdf.robot.joints:
-        for end in (joint.parent, joint.child):
-            if end not in links:
-                raise InputError(f"{path}, joint {joint.name}: there is no link {end!r}")
         if joint.child in parents:
             raise InputError(f"{path}, joint {joint.name}: link {joint.child} has a parent already")
         parents[joint.child] = joint.parent
@@ -187,10 +192,19 @@ def _base_link(urdf: yourdfpy.URDF, path: Path) -> str:
     if not roots:
         raise InputError(f"{path} has no base link: its joints run in a circle")
 
-    def below(link: str) -> int:
-        return 1 + sum(map(below, children.get(link, [])))
+    def below(root: str) -> int:
+        found = [root]
+        for link in found:
+            found += children.get(link, [])
+        return len(found)
 
     return str(max(roots, key=below))
+
+
+def some_names(names: Sequence[str], most: int = 6) -> str:
+    """Names with commas between, and how many more there are."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _limits(joint: yourdfpy.Joint) -> tuple[float, float]:

@@ -7,7 +7,7 @@ rotation of every moving joint in every frame, once, as arrays.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,18 +75,18 @@ def link_poses(
     return out
 
 
-def size(robot: Robot) -> tuple[float, float]:
-    """Half width (to both sides of the base, along y) and height of the robot at rest, metres."""
+@lru_cache(maxsize=16)
+def extent(robot: Robot) -> NDArray[np.float64]:
+    """(2, 3): the lowest and highest x, y and z of the robot at rest, in its base frame, metres."""
     carriers = tuple(frame.link for frame in robot.tree.frames)
     poses = link_poses(robot, (), np.zeros((1, 0)), carriers)[0]  # (K, 4, 4)
-    half_width = height = 0.0
+    bounds = []
     for shape in robot.shapes:
-        corners = np.array(list(product(*shape.mesh.bounds.T)))  # (8, 3)
+        points = shape.mesh.vertices
         if shape.frame >= 0:
-            corners = corners @ poses[shape.frame, :3, :3].T + poses[shape.frame, :3, 3]
-        half_width = max(half_width, float(np.abs(corners[:, 1]).max()))
-        height = max(height, float(corners[:, 2].max()))
-    return half_width, height
+            points = points @ poses[shape.frame, :3, :3].T + poses[shape.frame, :3, 3]
+        bounds += [points.min(axis=0), points.max(axis=0)]
+    return np.stack([np.min(bounds, axis=0), np.max(bounds, axis=0)])
 
 
 def _local_poses(

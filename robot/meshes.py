@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import io
-import os
+import logging
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
+from .mesh_files import MAX_BYTES, MeshFile, MeshFinder
 from .tree import KinematicTree
+from .urdf_file import LARGEST
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -24,6 +26,10 @@ ROUGHNESS = 0.6  # of shapes that say nothing of it
 GREY = (0.8, 0.8, 0.8, 1.0)  # of shapes without a colour
 CREASE = np.radians(35)  # faces that meet at less are smooth, in files without normals
 LARGE = 200_000  # faces; smoothing them takes too long
+MAX_FACES = 5_000_000  # of a whole robot
+MAX_VISUALS = 3_000
+# It logs tracebacks of what it cannot read; that is a warning in our words here.
+logging.getLogger("trimesh").setLevel(logging.CRITICAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,74 +55,96 @@ class Shape:
 
 
 def load_shapes(
-    urdf: yourdfpy.URDF, tree: KinematicTree, path: Path
-) -> tuple[tuple[Shape, ...], list[str]]:
-    """Every visual of every link; a mesh that cannot be loaded is left out with one warning."""
+    urdf: yourdfpy.URDF, tree: KinematicTree, finder: MeshFinder
+) -> tuple[tuple[Shape, ...], tuple[MeshFile, ...], list[str]]:
+    """Every visual of every link, the files that they are in, and warnings in plain words."""
     materials = {material.name: material for material in urdf.robot.materials}
     shapes: list[Shape] = []
-    warnings: dict[str, str] = {}  # by file name: one each
-    cache: dict[str, list[Shape]] = {}
+    files: dict[str, MeshFile] = {}
+    loaded: dict[str, list[Shape]] = {}
+    room = MAX_FACES
+    said = []
+    for number, (link, visual) in enumerate(_visuals(urdf, tree)):
+        geometry = visual.geometry
+        if geometry.mesh is not None and geometry.mesh.filename not in files:
+            name = geometry.mesh.filename
+            files[name], loaded[name] = _load(name, link, finder)
+        frame, offset = tree.links[link]
+        pose = offset if visual.origin is None else offset @ visual.origin
+        color = _urdf_color(visual, materials)
+        pieces = _pieces(visual, loaded)
+        room -= sum(len(piece.mesh.faces) for piece in pieces)
+        if room < 0 or number == MAX_VISUALS:
+            said.append(f"too many shapes to be shown; left out from link {link} on")
+            break
+        for piece in pieces:
+            # a file's own colours are worth more than the one that the URDF gives it
+            plain = piece.material.name is None and piece.colors is None
+            material = color if plain and color is not None else piece.material
+            shapes.append(replace(piece.moved(pose), frame=frame, link=link, material=material))
+    return tuple(shapes), tuple(files.values()), said
+
+
+def painted(mesh: trimesh.Trimesh, color: tuple[float, ...]) -> Shape:
+    """A shape of one colour, RGBA from 0 to 1."""
+    return replace(_shape(mesh), material=_painted(np.array(color)))
+
+
+def _visuals(urdf: yourdfpy.URDF, tree: KinematicTree) -> Iterator[tuple[str, yourdfpy.Visual]]:
     for link in urdf.robot.links:
-        if link.name not in tree.links:
-            continue
-        frame, offset = tree.links[link.name]
-        for visual in link.visuals:
-            try:
-                pieces = _pieces(visual.geometry, path, cache)
-            except _Unusable as error:
-                name = visual.geometry.mesh.filename
-                warnings[name] = f"link {link.name} is shown without {name}: {error}"
-                continue
-            pose = offset if visual.origin is None else offset @ visual.origin
-            color = _urdf_color(visual, materials)
-            for piece in pieces:
-                # a file's own colours are worth more than the one that the URDF gives it
-                plain = piece.material.name is None and piece.colors is None
-                material = color if plain and color is not None else piece.material
-                placed = replace(piece.moved(pose), frame=frame, link=link.name, material=material)
-                shapes.append(placed)
-    return tuple(shapes), list(warnings.values())
+        if link.name in tree.links:
+            yield from ((link.name, visual) for visual in link.visuals)
 
 
-class _Unusable(Exception):
-    """Why a mesh cannot be shown."""
-
-
-def _pieces(geometry: yourdfpy.Geometry, path: Path, cache: dict[str, list[Shape]]) -> list[Shape]:
-    """The shapes of one geometry, in its own coordinates."""
+def _pieces(visual: yourdfpy.Visual, loaded: dict[str, list[Shape]]) -> list[Shape]:
+    """The shapes of one visual, in its own coordinates."""
+    geometry = visual.geometry
     if geometry.box is not None:
         return [_shape(trimesh.creation.box(geometry.box.size))]
     if geometry.sphere is not None:
         return [_shape(trimesh.creation.icosphere(3, geometry.sphere.radius))]
     if geometry.cylinder is not None:
         size = geometry.cylinder
+        if visual.name == "capsule":
+            return [_shape(trimesh.creation.capsule(size.length, size.radius))]
         return [_shape(trimesh.creation.cylinder(size.radius, size.length, sections=48))]
-    if geometry.mesh is None:
-        return []
-    name = geometry.mesh.filename
-    if name not in cache:
-        file = resolve(name, path)
-        if file is None:
-            raise _Unusable("no such file")
-        cache[name] = list(_load(file))
-        if not cache[name]:
-            raise _Unusable("no triangles in it")
     scale = np.eye(4)
     if geometry.mesh.scale is not None:
         scale[[0, 1, 2], [0, 1, 2]] = geometry.mesh.scale
-    return [shape.moved(scale) for shape in cache[name]]
+    return [shape.moved(scale) for shape in loaded[geometry.mesh.filename]]
 
 
-def _load(file: Path) -> Iterator[Shape]:
+def _load(name: str, link: str, finder: MeshFinder) -> tuple[MeshFile, list[Shape]]:
+    """What is in the file of a mesh, metres."""
+    file, how = finder.find(name)
+    if file is None:
+        return MeshFile(name, link, None, problem=how), []
+    problem = "no triangles in it"
+    shapes: list[Shape] = []
     try:
-        scene = trimesh.load_scene(file)
-    except Exception as error:  # each of trimesh's many readers fails in its own ways
-        raise _Unusable(f"{type(error).__name__}: {error}".splitlines()[0]) from error
+        if file.stat().st_size > MAX_BYTES:
+            problem = f"it has over {MAX_BYTES // 1_000_000} MB"
+        else:
+            with warnings.catch_warnings(action="ignore"), np.errstate(all="ignore"):
+                shapes = list(_scene_shapes(trimesh.load_scene(file)))
+    except Exception:  # each of trimesh's many readers fails in its own ways, with its own words
+        problem = f"the file is broken, or no {file.suffix[1:].upper()}"
+    return MeshFile(name, link, file, how, "" if shapes else problem), shapes
+
+
+def _scene_shapes(scene: trimesh.Scene) -> Iterator[Shape]:
+    unit = 1.0 if scene.units is None else trimesh.units.unit_conversion(scene.units, "meters")
+    if not 0 < unit < np.inf:
+        unit = 1.0
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
         mesh = scene.geometry[name]
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            yield _shape(mesh).moved(transform)
+        if (
+            isinstance(mesh, trimesh.Trimesh)
+            and len(mesh.faces)
+            and np.abs(mesh.bounds).max() < LARGEST
+        ):
+            yield _shape(mesh).moved(np.diag([unit, unit, unit, 1.0]) @ transform)
 
 
 def _shape(mesh: trimesh.Trimesh) -> Shape:
@@ -133,24 +161,6 @@ def _shape(mesh: trimesh.Trimesh) -> Shape:
     if isinstance(visual, ColorVisuals) and visual.defined:
         return Shape(-1, "", mesh, _painted(np.ones(4)), np.asarray(visual.vertex_colors))
     return Shape(-1, "", mesh, _painted(np.array(GREY)))
-
-
-def resolve(name: str, urdf_path: Path) -> Path | None:
-    """The file that a URDF means by `package://PKG/rest`, `file://path`, or a path of its own.
-
-    A package is looked for beside and above the URDF, by its name or as the folder that holds
-    `rest`, and then in the folders of ROS_PACKAGE_PATH.
-    """
-    above = urdf_path.resolve().parents
-    if name.startswith("package://"):
-        package, _, rest = name.removeprefix("package://").partition("/")
-        roots = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
-        candidates = [folder / package / rest for folder in above]
-        candidates += [folder / rest for folder in above if rest]
-        candidates += [root / package / rest for root in roots]
-    else:
-        candidates = [urdf_path.parent / name.removeprefix("file://")]  # absolute ones stay so
-    return next((file for file in candidates if file.is_file()), None)
 
 
 # Looks. glTF takes a shape without a metallic factor for dark metal, so that each has its own here.

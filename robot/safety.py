@@ -52,7 +52,7 @@ def check_motion(
                 Violation(kind, joint, first, last, worst, limit, worst / limit, unit)
             )
     violations.sort(key=_severity, reverse=True)
-    unchecked = tuple(joint for joint in motion.joints if joint not in robot.limits)
+    unchecked = tuple(joint for joint in motion.joints if not robot.limited(joint))
     return SafetyReport(tuple(violations), unchecked)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["position", "velocity", "start", "not finite"]
-Light = Literal["green", "amber", "red"]
+Light = Literal["green", "grey", "amber", "red"]
 
 # Beyond a limit by less than this is amber: recordings of the real robot reach 0.053 rad and 1.56
 # times the speed, and limiting does not change what one sees of them. More is red.
@@ -64,7 +64,8 @@ class Violation:
 class SafetyReport:
     """What a motion asks of a robot that the robot should not do.
 
-    violations: the worst first. unchecked: joints of the motion that the robot lacks.
+    violations: the worst first. unchecked: joints of the motion that the robot lacks, or that have
+    no limits there.
     """
 
     violations: tuple[Violation, ...]
@@ -72,9 +73,14 @@ class SafetyReport:
 
     @property
     def light(self) -> Light:
-        """green: within all limits. amber: a little beyond. red: do not run this as it is."""
+        """green: within all limits. amber: a little beyond. red: do not run this as it is.
+
+        grey: nothing is beyond a limit, but not every joint was checked.
+        """
         lights = {violation.light for violation in self.violations}
-        return "red" if "red" in lights else "amber" if lights else "green"
+        if lights:
+            return "red" if "red" in lights else "amber"
+        return "grey" if self.unchecked else "green"
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from .urdf_file import LARGEST
+
 if TYPE_CHECKING:
     import yourdfpy
 
@@ -43,10 +45,12 @@ class KinematicTree:
     """Moving frames, each after its parent, and where every link hangs.
 
     links: link name -> (index of the moving frame that carries it or -1, (4, 4) pose therein).
+    joined: link name -> (3,) where the joints to other links are, in the frame that carries it.
     """
 
     frames: tuple[MovingFrame, ...]
     links: dict[str, tuple[int, NDArray[np.float64]]]
+    joined: dict[str, list[NDArray[np.float64]]]
 
     @cached_property
     def origins(self) -> NDArray[np.float64]:
@@ -85,6 +89,15 @@ class KinematicTree:
         return np.ascontiguousarray(self.origins[:, :3, 3])
 
     @cached_property
+    def rest_poses(self) -> NDArray[np.float64]:
+        """(K, 4, 4) in the base's frame at joint position 0"""
+        poses = self.origins.copy()
+        for k, frame in enumerate(self.frames):  # parents come first
+            if frame.parent >= 0:
+                poses[k] = poses[frame.parent] @ poses[k]
+        return poses
+
+    @cached_property
     def slide(self) -> NDArray[np.float64]:
         """(K, 3) axis in the parent frame"""
         slide: NDArray[np.float64] = self.rest.apply(self.axes)
@@ -99,12 +112,15 @@ def build_tree(urdf: yourdfpy.URDF, base_link: str) -> tuple[KinematicTree, list
     drivers, warnings = _drivers(urdf.robot.joints)
     frames: list[MovingFrame] = []
     links: dict[str, tuple[int, NDArray[np.float64]]] = {base_link: (-1, np.eye(4))}
+    joined: dict[str, list[NDArray[np.float64]]] = {}
     queue = [base_link]
     while queue:
         link = queue.pop(0)
         carrier, pose = links[link]
+        joined[link] = []
         for joint in children.get(link, []):
             origin = pose if joint.origin is None else pose @ joint.origin
+            joined[link].append(origin[:3, 3])
             if joint.type in MOVING_TYPES:
                 driver, multiplier, offset = drivers[joint.name]
                 axis = np.asarray(joint.axis, dtype=np.float64)
@@ -120,7 +136,7 @@ def build_tree(urdf: yourdfpy.URDF, base_link: str) -> tuple[KinematicTree, list
             else:
                 links[joint.child] = (carrier, origin)
             queue.append(joint.child)
-    return KinematicTree(tuple(frames), links), warnings
+    return KinematicTree(tuple(frames), links, joined), warnings
 
 
 def _drivers(
@@ -136,7 +152,12 @@ def _drivers(
             offset += multiplier * joint.mimic.offset
             multiplier *= joint.mimic.multiplier
             target = by_name.get(joint.mimic.joint)
-            if target is None or target.name in seen or target.type not in MOVING_TYPES:
+            if (
+                target is None
+                or target.name in seen
+                or target.type not in MOVING_TYPES
+                or abs(multiplier) > LARGEST
+            ):
                 warnings.append(
                     f"joint {name} mimics {joint.mimic.joint}, which does not move; it stays still"
                 )

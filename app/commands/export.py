@@ -31,7 +31,7 @@ def run(
         out: the file to write
     """
     check_writable(out)
-    from ...robot.description import load_robot
+    from ...robot.description import load_robot, some_names
     from ...robot.export import export_motion
 
     description = load_robot(robot)
@@ -50,6 +50,8 @@ def run(
         print(violation, file=sys.stderr)
     if len(report.violations) > LINES:
         print(f"and {len(report.violations) - LINES} more", file=sys.stderr)
+    if report.unchecked:
+        print(f"not checked: {some_names(report.unchecked)}", file=sys.stderr)
     what = "as generated" if beyond_limits else "within the limits"
     print(
         f"{motion.name}, generated {report.light}, exported {what}: "

@@ -18,6 +18,7 @@ COMMANDS = {
     "sweep": "Train and measure every model of Table I.",
     "figures": "Draw the paper's Figs. 2 to 6.",
     "data": "Fetch the REBL-Pepper motions into the user's cache.",
+    "robot": "Show what a robot description holds.",
     "export": "Write a motion for a real robot.",
     "screenshot": "Take a picture of the app, as a person would see it.",
 }

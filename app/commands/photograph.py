@@ -36,8 +36,9 @@ URL_QUERY = "?fixedDpr=1"
 # Robots with motions and all their nodes, the puck, and a complete landscape.
 READY = """() => {
     const part = window.rnnpb?.part, robots = part?.robots.robots ?? [];
-    const stands = ({ motion, isCopy, copies, nodes }) =>
-        motion && (isCopy ? copies.length > 0 : nodes.length > 0 && nodes.every(Boolean));
+    const stands = ({ motion, isCopy, copies, nodes, model }) => motion && (isCopy
+        ? copies.length > 0
+        : nodes.length === model.nodes.length && nodes.every(Boolean));
     return robots.length > 0 && robots.every(stands) && part.map.puck !== null
         && part.landscape.shown?.complete;
 }"""

@@ -45,7 +45,7 @@ def export_summary(file_name: str, export: Export, *, insisted: bool) -> str:
     """One line on a file that was written."""
     line = f"{file_name}: {len(export.motion)} frames"
     if insisted:
-        beyond = "" if export.report.light == "green" else ", beyond the limits of the robot"
+        beyond = ", beyond the limits of the robot" if export.report.violations else ""
         return f"{line}, as generated{beyond}"
     if not export.changes:
         return f"{line}, within the limits as generated"

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ...core.windows import Landscape
 from ...robot.description import Robot
-from ...robot.kinematics import size
 from ..state import intents as do
 from ..state.document import Camera, Playback, Seen, Zoom
 from ..state.facts import Facts
@@ -28,7 +27,7 @@ from .panels.view import ViewPanel
 from .robot_nodes import eye_nodes
 from .robots import ROOT, RobotNames, robots_shown
 from .shown import DocumentShown, LookShown, MotionShown, Shown
-from .stage import FOV, camera_position, stage_for
+from .stage import FOV, camera_position, room_of, stage_for
 from .views import (
     curves_shown,
     landscape_shown,
@@ -53,7 +52,7 @@ class Screen:
         self, client: viser.ClientHandle, bridge: Bridge, robot: Robot, facts: Facts, send: Send
     ) -> None:
         self._client, self._bridge, self._robot, self._facts = client, bridge, robot, facts
-        self._size = size(robot)  # half width, height
+        self._size = room_of(robot)
         self._stage = stage_for(len(facts), *self._size)
         self._names = RobotNames(client.scene, self._size[1])
         self._send = send

@@ -39,11 +39,14 @@ from .guard import Guard, page_scripts
 from .robot_nodes import add_robot
 from .robots import ROOT
 from .session import Session
+from .stage import staged
 from .studio import set_up_studio
 from .uploads import TOO_LARGE
+from .words import none_matches
 
 MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
+MOST_REMARKS = 8  # on the robot, in the log
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
 FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
 log = logging.getLogger(__name__)
@@ -84,7 +87,7 @@ class App:
         models = load_models(options)
         self.robot = load_robot(options.robot)
         self.facts = describe_models(models, options)
-        for warning in (*self.robot.warnings, *unmatched_joints(self.robot, self.facts)):
+        for warning in (*unmatched_joints(self.robot, self.facts), *remarks(self.robot)):
             log.warning("%s", warning)
         self.opening = opening(self.facts, models[0], options)
         self._lock = threading.Lock()
@@ -93,7 +96,8 @@ class App:
         guard.too_large = self._refuse_upload
         self._server = serve(options, guard)
         set_up_studio(self._server.scene)
-        add_robot(self._server.scene, self.robot, ROOT)
+        self._staged = staged(self.robot)
+        add_robot(self._server.scene, self._staged, ROOT)
         self._engine = Engine(models, [one.data for one in self.facts], self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
@@ -126,7 +130,7 @@ class App:
                     client,
                     self.facts,
                     self._engine,
-                    self.robot,
+                    self._staged,
                     self.opening,
                     partial(self._disconnected, client),
                 )
@@ -255,12 +259,21 @@ def liveliest(facts: ModelFacts) -> int:
     return ratings.index(max(ratings))
 
 
+def remarks(robot: Robot) -> list[str]:
+    """The first of what is not as its description says."""
+    rest = len(robot.warnings) - MOST_REMARKS
+    more = [f"and {rest} more remarks on {robot.name}; rnnpb robot lists them"] if rest > 0 else []
+    return [*robot.warnings[:MOST_REMARKS], *more]
+
+
 def unmatched_joints(robot: Robot, facts: Facts) -> list[str]:
     """One line a model that moves joints which the robot lacks."""
     lines = []
     for one in facts:
         missing = match_joints(robot, one.joints).missing
-        if missing:
+        if len(missing) == len(one.joints):
+            lines.append(none_matches(robot, one))
+        elif missing:
             lines.append(f"{robot.name} lacks joints that {one.name} moves: {', '.join(missing)}")
     return lines
 

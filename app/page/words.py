@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ...core.windows import WINDOW_RADIUS
+from ...robot.description import Robot, some_names
 from ...robot.safety_report import SafetyReport, Violation
+from ..state.facts import ModelFacts
 from ..state.picture import Picture
 from ..state.wanted import given_target
 
 MOST_LINES = 4  # of faults, or of joints
-MOST_NAMES = 6
 MOST_RUNS = 3  # of frames in a line
 
 
@@ -49,14 +50,19 @@ def _frames(found: list[Violation]) -> str:
 
 def light_words(report: SafetyReport) -> str:
     """What the light says, for those who do not tell its colours apart."""
+    left = len(report.unchecked)
+    unchecked = f"{left} joint{'s' if left > 1 else ''} not checked" if left else ""
     if report.light == "green":
         return "within the robot's limits"
+    if report.light == "grey":
+        return f"{unchecked}, the others within the robot's limits"
     joints = {one.joint for one in report.violations if one.light == report.light}
     how = "a little beyond" if report.light == "amber" else "far beyond"
-    return f"{len(joints)} joint{'s' if len(joints) > 1 else ''} {how} the limits"
+    words = f"{len(joints)} joint{'s' if len(joints) > 1 else ''} {how} the limits"
+    return f"{words}; {unchecked}" if left else words
 
 
-def names_line(names: tuple[str, ...]) -> str:
-    """Names with commas between, and how many more there are."""
-    rest = len(names) - MOST_NAMES
-    return ", ".join(names[:MOST_NAMES]) + (f" and {rest} more" if rest > 0 else "")
+def none_matches(robot: Robot, facts: ModelFacts) -> str:
+    """A robot that stands still, and why."""
+    joints = some_names(facts.joints, 3)
+    return f"{robot.name} stands still: it has none of the joints of {facts.name} ({joints})"

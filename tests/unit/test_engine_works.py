@@ -146,11 +146,11 @@ def test_after_a_motion_comes_what_it_asks_of_the_robot(tiny_model: RNNPB, limit
     assert second.check is not None
     motion = Motion("", tiny_model.info.joints, first.positions, tiny_model.info.fps)
     assert second.check.report == check_motion(motion, ARM)
-    assert second.check.report.unchecked == ("e",)
+    assert second.check.report.unchecked == ("d", "e")
     positions = second.check.limited
     assert (positions is not None) == limited
     if positions is not None:
-        assert check_motion(replace(motion, positions=positions), ARM).light == "green"
+        assert check_motion(replace(motion, positions=positions), ARM).light == "grey"
 
 
 def test_motions_of_several_pages_are_generated_in_one_batch(

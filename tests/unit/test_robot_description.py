@@ -141,8 +141,11 @@ def test_a_missing_mesh_is_one_warning_that_names_it(tmp_path: Path) -> None:
     robot = load_robot(str(_write(tmp_path, arm=lost + lost, base=box + lost)))
     assert len(robot.warnings) == 1
     assert "package://some_pkg/meshes/lost.stl" in robot.warnings[0]
-    assert _heights(robot) == {"base": (0.0, 1.0)}
+    assert robot.missing_meshes == ("package://some_pkg/meshes/lost.stl",)
     assert robot.joints == ("bend",)
+    heights = _heights(robot)
+    assert heights["base"] == (0.0, 1.0)
+    assert heights["arm"] == pytest.approx((0.98, 1.02))  # its joint is drawn
 
 
 def test_a_broken_mesh_is_one_warning_that_names_it(tmp_path: Path) -> None:
@@ -151,7 +154,7 @@ def test_a_broken_mesh_is_one_warning_that_names_it(tmp_path: Path) -> None:
     for name in broken:
         (path.parent / name).write_bytes(b"no mesh")
     robot = load_robot(str(path))
-    assert robot.shapes == ()
+    assert robot.missing_meshes == broken
     for name, warning in zip(broken, robot.warnings, strict=True):
         assert name in warning
         assert "\n" not in warning

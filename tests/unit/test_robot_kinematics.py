@@ -11,7 +11,7 @@ from arm import write_arm
 from numpy.typing import NDArray
 
 from rnnpb_explorer.robot.description import Robot, load_robot
-from rnnpb_explorer.robot.kinematics import joint_poses, link_poses, size
+from rnnpb_explorer.robot.kinematics import extent, joint_poses, link_poses
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_URDF
 
 # Links of our Pepper and the published description's names for them.
@@ -130,10 +130,10 @@ def test_an_open_hand_reaches_farther_than_a_closed_one(pepper: Robot) -> None:
         assert reach[1] > reach[0] + 0.01
 
 
-def test_size_at_rest(tmp_path: Path) -> None:
-    half_width, height = size(load_robot("pepper"))
-    assert half_width == pytest.approx(0.25, abs=0.1)
-    assert height == pytest.approx(1.21, abs=0.05)
-    half_width, height = size(load_robot(str(write_arm(tmp_path))))
-    assert half_width == pytest.approx(0.15, abs=1e-3)  # its round foot
-    assert height == pytest.approx(0.1 + 4 * 0.3 + 0.28)
+def test_extent_at_rest(tmp_path: Path) -> None:
+    low, high = extent(load_robot("pepper"))
+    np.testing.assert_allclose(low[1:], [-0.25, 0], atol=0.02)
+    np.testing.assert_allclose(high[1:], [0.25, 1.21], atol=0.02)
+    low, high = extent(load_robot(str(write_arm(tmp_path))))
+    np.testing.assert_allclose(low, [-0.15, -0.15, 0], atol=1e-6)  # its round foot
+    np.testing.assert_allclose(high, [0.15, 0.15, 0.1 + 4 * 0.3 + 0.28], atol=1e-6)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from arm import write_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -114,7 +117,15 @@ def test_strange_joints_are_named_not_checked(pepper: Robot) -> None:
     assert report.joints == ("HeadYaw",)
     limited = limit_motion(motion, pepper)
     assert (limited.positions[:, 0] == 9.0).all()
-    assert check_motion(limited, pepper).light == "green"
+    assert check_motion(limited, pepper).light == "grey"
+
+
+def test_a_joint_without_limits_is_not_checked(tmp_path: Path) -> None:
+    arm = load_robot(str(write_arm(tmp_path)))  # its joint d is continuous, of any speed
+    report = check_motion(Motion("m", ("a", "d"), np.zeros((3, 2), dtype=np.float32)), arm)
+    assert (report.unchecked, report.light) == (("d",), "grey")
+    report = check_motion(Motion("m", ("a", "slide"), np.zeros((3, 2), dtype=np.float32)), arm)
+    assert (report.unchecked, report.light) == ((), "green")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

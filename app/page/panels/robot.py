@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from html import escape
 
 import viser
 
-from ....robot.description import JointMatch, Robot, match_joints
+from ....robot.description import JointMatch, Robot, match_joints, some_names
 from ....robot.formats import Format
 from ....robot.safety_report import Light
 from ...state import intents as do
@@ -15,14 +16,19 @@ from ...state.document import ExportOptions
 from ...state.facts import Facts, ModelFacts
 from ...state.picture import Picture
 from ...state.results import CheckedMotion
-from ..words import light_words, names_line, safety_lines
+from ..words import light_words, none_matches, safety_lines
 from .bound import Bound, on_click
 from .text import TEXT_STYLE, text_lines, write
 
 Send = Callable[[do.Intent], None]
 
 FORMAT_LABELS: dict[str, Format] = {"CSV": "csv", "JSON": "json", "NAOqi script": "naoqi"}
-LIGHTS: dict[Light, str] = {"green": "#2f9e44", "amber": "#f08c00", "red": "#e03131"}
+LIGHTS: dict[Light, str] = {
+    "green": "#2f9e44",
+    "grey": "#868e96",
+    "amber": "#f08c00",
+    "red": "#e03131",
+}
 MOST_WARNINGS = 3
 INSISTED = (
     "The file will hold the motion as generated, limits or not. A real robot may stop, "
@@ -31,24 +37,33 @@ INSISTED = (
 
 
 class SafetyLight:
-    """One line that is always in view."""
+    """One line that is always in view; below it, what the robot lacks."""
 
     def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot) -> None:
-        self._missing = [len(match_joints(robot, one.joints).missing) for one in facts]
+        self._robot = robot
         self._html = gui.add_html("")
-        self._shown: CheckedMotion | None = None
+        self._shown: tuple[object, ...] = ()
 
     def show(self, picture: Picture) -> None:
         checked = picture.checked
-        if checked is None or checked is self._shown:
+        if checked is None or (checked, picture.active) == self._shown:
             return
-        self._shown = checked
-        words = light_words(checked.report)
-        missing = self._missing[picture.active]
-        if missing:
-            words += f"; {missing} not on it"
-        light = _light(LIGHTS[checked.report.light], words)
-        write(self._html, f'<div style="padding-bottom:0.4em">{light}</div>')  # above the tabs
+        self._shown = (checked, picture.active)
+        report = checked.report
+        matched = match_joints(self._robot, picture.model.joints).columns
+        words = light_words(report) if matched else none_matches(self._robot, picture.model)
+        html = _light(LIGHTS[report.light], words) + text_lines(missing_line(self._robot))
+        write(self._html, f'<div style="padding-bottom:0.4em">{html}</div>')  # above the tabs
+
+
+def missing_line(robot: Robot) -> str:
+    """Which mesh files are not there; empty where all are."""
+    missing = robot.missing_meshes
+    if not missing:
+        return ""
+    files = "mesh" if len(missing) == 1 else "meshes"
+    names = [re.split(r"[\\/]", name)[-1] for name in missing]
+    return f"{len(missing)} {files} missing, joints drawn instead: {some_names(names, 3)}"
 
 
 class RobotPanel:
@@ -124,17 +139,19 @@ def note_html(checked: CheckedMotion, export: ExportOptions) -> str:
     joints = checked.report.joints
     if not joints:
         return text_lines("The motion is within the limits; it is exported as it is.")
-    return text_lines(f"Limited in the file: {names_line(joints)}.")
+    return text_lines(f"Limited in the file: {some_names(joints)}.")
 
 
 def joint_lines(robot: Robot, facts: ModelFacts, match: JointMatch) -> list[str]:
     """How the joints of a model and a robot go together; what does not is named."""
     lines = [f"{robot.name}: {len(match.columns)} of the {len(facts.joints)} joints of the model."]
     if match.missing:
-        lines.append(f"Not on this robot, so not seen: {names_line(match.missing)}.")
+        lines.append(f"Not on this robot, so not seen: {some_names(match.missing)}.")
     if match.unmoved:
-        lines.append(f"Not moved by the model: {names_line(match.unmoved)}.")
-    return lines + list(robot.warnings[:MOST_WARNINGS])
+        lines.append(f"Not moved by the model: {some_names(match.unmoved)}.")
+    lines += robot.warnings[:MOST_WARNINGS]
+    rest = len(robot.warnings) - MOST_WARNINGS
+    return [*lines, f"and {rest} more remarks; rnnpb robot lists them"] if rest > 0 else lines
 
 
 def _light(color: str, words: str) -> str:

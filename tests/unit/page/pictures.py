@@ -65,7 +65,11 @@ def broke_off(picture: Picture, message: str) -> Picture:
 
 
 def checked(
-    picture: Picture, *violations: Violation, model: int = 0, limited: float | None = None
+    picture: Picture,
+    *violations: Violation,
+    model: int = 0,
+    limited: float | None = None,
+    unchecked: tuple[str, ...] = (),
 ) -> Picture:
     """The picture once a model's motion was checked, and found to break these limits."""
     page = page_of(picture)
@@ -73,7 +77,7 @@ def checked(
     shown = picture.motion(model)
     assert shown is not None
     within = None if limited is None else np.full_like(shown, limited)
-    check = CheckedMotion(SafetyReport(violations, ()), within)
+    check = CheckedMotion(SafetyReport(violations, unchecked), within)
     return page.deliver(slot, MotionResult(shown, check)).picture
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from arm import write_arm
 
 from rnnpb_explorer.app.page.panels.robot import (
     INSISTED,
+    LIGHTS,
     RobotPanel,
     SafetyLight,
     joint_lines,
@@ -87,6 +89,15 @@ def test_the_light_says_which_joints_and_frames() -> None:
     assert light_words(report()) == "within the robot's limits"
 
 
+def test_the_light_is_not_green_for_joints_that_are_not_checked() -> None:
+    some = SafetyReport((), ("d", "e"))
+    assert some.light == "grey"
+    assert light_words(some) == "2 joints not checked, the others within the robot's limits"
+    assert light_words(SafetyReport((FAST,), ("e",))) == (
+        "1 joint a little beyond the limits; 1 joint not checked"
+    )
+
+
 def test_many_faults_are_few_lines() -> None:
     again = [Violation("velocity", "a", n, n + 1, 8.0, 7.3, 1.1) for n in range(20, 60, 8)]
     (line,) = safety_lines(report(FAST, *again))
@@ -107,12 +118,38 @@ def test_names_from_anywhere_stay_text() -> None:
 
 def test_the_light_is_of_the_active_model(gui: viser.GuiApi, arm: Robot) -> None:
     light = SafetyLight(gui, PAIR, arm)
-    picture = checked(checked(open_screen(PAIR)), FAST, model=1)
+    picture = checked(checked(open_screen(PAIR), unchecked=("e",)), FAST, model=1)
     light.show(picture)
-    assert "within the robot" in light._html.content
-    assert "; 1 not on it" in light._html.content  # the arm has no joint e
+    assert "1 joint not checked, the others within the robot" in light._html.content
+    assert LIGHTS["grey"] in light._html.content
     light.show(after(picture, do.SelectModel(1)))
     assert "a little beyond" in light._html.content
+
+
+def test_a_robot_of_other_joints_stands_still_and_the_screen_says_so(
+    gui: viser.GuiApi, arm: Robot
+) -> None:
+    facts = (make_facts(name="other", joints=("v", "w", "x", "y", "z")),)
+    light = SafetyLight(gui, facts, arm)
+    light.show(checked(open_screen(facts), unchecked=facts[0].joints))
+    assert (
+        "arm stands still: it has none of the joints of other (v, w, x and 2 more)"
+        in light._html.content
+    )
+    assert LIGHTS["grey"] in light._html.content
+
+
+def test_the_screen_names_the_meshes_that_are_missing(gui: viser.GuiApi, tmp_path: Path) -> None:
+    path = write_arm(tmp_path)
+    boxes = path.read_text()
+    for number in range(5):
+        boxes = re.sub("<box size=[^>]*>", f'<mesh filename="m/{number}<.stl"/>', boxes, count=1)
+    path.write_text(boxes.replace("<.stl", "&lt;.stl"))
+    light = SafetyLight(gui, FACTS, load_robot(str(path)))
+    light.show(checked(open_screen()))
+    shown = light._html.content
+    assert "5 meshes missing, joints drawn instead: 0&lt;.stl, 1&lt;.stl, " in shown
+    assert "2&lt;.stl and 2 more" in shown
 
 
 def test_until_a_new_motion_is_checked_the_light_stays(gui: viser.GuiApi, arm: Robot) -> None:
