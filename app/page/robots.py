@@ -1,4 +1,4 @@
-"""The robots of one page: one a model, and one more for the motion within the limits.
+"""The robots of one page: one a model, one for the motion within the limits, one for the target.
 
 The first one's nodes stand in the server's scene and are shared by all pages; the browser copies
 them for the others, and poses them all (`static/web/robots.js`).
@@ -6,11 +6,15 @@ them for the others, and poses them all (`static/web/robots.js`).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Literal
+
 import viser
 
 from ...robot.description import Robot
 from ..state.facts import Facts
 from ..state.picture import Picture
+from ..state.wanted import given_target
 from .robot_nodes import robot_shown
 from .shown import RobotsShown
 from .stage import Vector
@@ -19,26 +23,43 @@ ROOT = "/robot"
 LABEL_ABOVE = 0.1  # metres above the robot's head
 
 
+@dataclass(frozen=True)
+class Part:
+    """What one robot of a page plays."""
+
+    model: int
+    motion: Literal["generated", "limited", "target"] = "generated"
+
+
+def cast_of(picture: Picture) -> tuple[Part, ...]:
+    """All robots of a page: one a model, then what the active one is compared with."""
+    document, active = picture.document, picture.active
+    parts = [Part(model) for model in range(len(picture.facts))]
+    if document.side_by_side:
+        parts.append(Part(active, "limited"))
+    if document.show_target and given_target(picture.facts, document, active) is not None:
+        parts.append(Part(active, "target"))
+    return tuple(parts)
+
+
 def robots_shown(
-    robot: Robot, facts: Facts, spots: tuple[Vector, ...], limited_of: int | None
+    robot: Robot, facts: Facts, spots: tuple[Vector, ...], cast: tuple[Part, ...]
 ) -> RobotsShown:
     """All robots of a page.
 
     Args:
         spots: where they stand.
-        limited_of: the model whose motion the last one shows within the limits, if there is one.
     """
-    models = [*range(len(facts)), *([] if limited_of is None else [limited_of])]
     return RobotsShown(
         tuple(
             robot_shown(
                 robot,
-                facts[model].joints,
+                facts[part.model].joints,
                 ROOT,
                 spot=spot.tolist(),
                 copy_of=None if number == 0 else 0,
             )
-            for number, (model, spot) in enumerate(zip(models, spots, strict=False))
+            for number, (part, spot) in enumerate(zip(cast, spots, strict=True))
         )
     )
 
@@ -75,12 +96,16 @@ class RobotNames:
 
 def robot_names(picture: Picture) -> list[str]:
     """What stands above each robot; a lone one needs no name."""
-    side_by_side = picture.document.side_by_side
-    if len(picture.facts) == 1:
-        return ["raw", "limited"] if side_by_side else []
-    names = [one.name for one in picture.facts]
-    if side_by_side:
-        active = names[picture.active]
-        names[picture.active] = f"{active}, raw"
-        names.append(f"{active}, limited")
+    cast = cast_of(picture)
+    if len(cast) == 1:
+        return []
+    both = picture.document.side_by_side
+    names = []
+    for part in cast:
+        name = picture.facts[part.model].name
+        if part.motion == "target":
+            name = "target"
+        elif both and part.model == picture.active:
+            name += ", limited" if part.motion == "limited" else ", raw"
+        names.append(name)
     return names

@@ -25,7 +25,7 @@ from .panels.recognise import RecognisePanel
 from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
 from .robot_nodes import eye_nodes
-from .robots import ROOT, RobotNames, robots_shown
+from .robots import ROOT, Part, RobotNames, cast_of, robots_shown
 from .shown import DocumentShown, LookShown, MotionShown, Shown
 from .stage import FOV, camera_position, room_of, stage_for
 from .views import (
@@ -152,53 +152,65 @@ class Screen:
                 document.joint,
                 given_target(picture.facts, document, picture.active) or picture.reference(),
                 document.recognition.observed,
+                document.revealed,
             ),
             lambda: curves_shown(picture),
         )
 
     def _show_robots(self, picture: Picture) -> None:
         """All of them, and the camera before them."""
-        limited_of = picture.active if picture.document.side_by_side else None
-        self._stage = stage_for(len(self._facts) + (limited_of is not None), *self._size)
+        cast = cast_of(picture)
+        self._stage = stage_for(len(cast), *self._size)
         self._show_view(picture.document.seen)
         self._put(
             "robots",
-            (limited_of,),
-            lambda: robots_shown(self._robot, self._facts, self._stage.robots, limited_of),
+            cast,
+            lambda: robots_shown(self._robot, self._facts, self._stage.robots, cast),
         )
         self._names.show(picture, self._stage.robots)
 
     def _show_motions(self, picture: Picture) -> None:
-        for index in range(len(self._facts)):
-            self._put_motion(picture, index, index, picture.motion(index), picture.ghosts(index))
         checked = picture.checked
-        if picture.document.side_by_side and checked is not None:
-            self._put_motion(picture, len(self._facts), picture.active, checked.limited)
+        for robot, part in enumerate(cast_of(picture)):
+            model = part.model
+            if part.motion == "generated":
+                self._put_motion(picture, robot, part, picture.motion(model), picture.ghosts(model))
+            elif part.motion == "target":
+                self._put_motion(picture, robot, part, picture.seen_target)
+            elif checked is not None:
+                self._put_motion(picture, robot, part, checked.limited)
 
     def _put_motion(
         self,
         picture: Picture,
         robot: int,
-        model: int,
+        part: Part,
         motion: NDArray[np.float32] | None,
         samples: tuple[NDArray[np.float32], ...] = (),
     ) -> None:
         if motion is None:
             return
-        facts, document = self._facts, picture.document
+        facts, document, model = self._facts, picture.document, part.model
         if samples and len(samples[0]) != len(motion):
             samples = ()  # of another motion
 
         def shown() -> MotionShown:
             self._motions += 1
             eyes = eyes_of(facts, document, model) if document.eyes else None
-            ghosts = np.stack(samples) if samples else None
-            return MotionShown(robot, self._motions, motion, facts[model].fps, _rgb(eyes), ghosts)
+            return MotionShown(
+                robot,
+                self._motions,
+                motion,
+                facts[model].fps,
+                _rgb(eyes),
+                np.stack(samples) if samples else None,
+                ends=part.motion == "target" and not document.revealed,
+            )
 
         of_eyes = (document.eyes, given_target(facts, document, model))
         self._put(
             f"motion {robot}",
-            (motion, *samples, *of_eyes, document.models[model].latent.motion),
+            (part, motion, *samples, *of_eyes, document.models[model].latent.motion),
             shown,
         )
 

@@ -74,6 +74,7 @@ class MotionShown(Shown):
     robot: index among the robots. number: of the motion, for whoever waits for it.
     angles: (T, J) radians. fps: frames a second.
     eyes: (T, 3 * segments) uint8 RGB. ghosts: (K, T, J) samples, shown translucent around it.
+    ends: whether the robot is gone after its last frame, instead of resting there.
     """
 
     robot: int
@@ -82,6 +83,7 @@ class MotionShown(Shown):
     fps: float
     eyes: Array | None = None
     ghosts: Array | None = None
+    ends: bool = False
 
     @property
     def key(self) -> str:
@@ -192,7 +194,8 @@ class PathShown(Shown):
 class CurvesShown(Shown):
     """What the time bar draws beside the first robot's motion.
 
-    names: (J,) joints. joint: the one that is drawn, None for all. reference: (T', J) dashed.
+    names: (J,) joints. joint: the one that is drawn, None for all. reference: (T', J) dashed,
+    NaN where it is hidden.
     low, high: (T, J) a band; None takes that of the motion's ghosts. observed: share of the
     reference that was observed, None without a handle for it.
     """

@@ -8,7 +8,7 @@ from ..state.facts import Array, ModelFacts
 from ..state.on_recognition import shown_iteration
 from ..state.picture import Picture
 from ..state.planes import landscape_plane, on_landscape
-from ..state.wanted import given_target, motion_steps
+from ..state.wanted import motion_steps
 from .shown import CurvesShown, LandscapeShown, MapShown, PathShown, PlaybackShown, PuckShown
 from .words import target_label, window_label
 
@@ -127,12 +127,16 @@ def path_shown(picture: Picture) -> PathShown:
 def curves_shown(picture: Picture) -> CurvesShown:
     """What the time bar draws beside the active model's motion."""
     facts, document = picture.model, picture.document
-    given = given_target(picture.facts, document, picture.active) is not None
+    reference, seen = picture.reference(), picture.seen_target
+    if reference is not None and seen is not None:
+        reference = np.pad(
+            seen, [(0, len(reference) - len(seen)), (0, 0)], constant_values=np.float32(np.nan)
+        )
     return CurvesShown(
         names=facts.joints,
         joint=facts.joints.index(document.joint) if document.joint in facts.joints else None,
-        reference=picture.reference(),
-        observed=document.recognition.observed if given else None,
+        reference=reference,
+        observed=None if seen is None else document.recognition.observed,
     )
 
 

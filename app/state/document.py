@@ -203,6 +203,8 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     playback: Playback = Playback()
     target: Target | None = None
     use_target: bool = True  # compare with an uploaded motion where there is one
+    show_target: bool = True  # on a robot of its own
+    revealed: bool = False  # what comes after the observed part of the target, too
     recognition: RecognitionSettings = RecognitionSettings()
     run: Run | None = None
     map_axes: Axes = (0, 1)  # principal components, from 0

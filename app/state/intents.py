@@ -167,6 +167,20 @@ class SetUseTarget:
 
 
 @dataclass(frozen=True)
+class SetShowTarget:
+    """The uploaded motion on a robot of its own."""
+
+    show_target: bool
+
+
+@dataclass(frozen=True)
+class SetRevealed:
+    """What comes after the observed part of the target, too."""
+
+    revealed: bool
+
+
+@dataclass(frozen=True)
 class SetGhosts:
     """Samples from N(mu, sigma^2) around the robot, and their band on the joint curves."""
 
@@ -213,6 +227,8 @@ ViewIntent = (
     | SetJoint
     | ShowSliders
     | SetUseTarget
+    | SetShowTarget
+    | SetRevealed
     | SetGhosts
     | SetEyes
     | SetSideBySide

@@ -34,7 +34,7 @@ SMALLEST_SIGMA = 1e-6  # below it, the noise that made a PB cannot be told from 
 def update_recognition(facts: Facts, document: Document, intent: do.RecognitionIntent) -> Document:
     match intent:
         case do.SetTarget(target):
-            return replace(document, target=target, use_target=True, run=None)
+            return replace(document, target=target, use_target=True, revealed=False, run=None)
         case do.ClearTarget():
             return replace(document, target=None, run=None)
         case do.SetRecognitionOption(name, value):
@@ -72,7 +72,7 @@ def _start(facts: Facts, document: Document) -> Document:
         raise InputError(f"{target.name} has other joints than this model")
     seed = (document.seed + document.draws) % (MAX_COUNT + 1)
     run = Run(document.active, document.recognition, seed)
-    return replace(count_draw(document), run=run, use_target=True)
+    return replace(count_draw(document), run=run, use_target=True, revealed=False)
 
 
 def _scrub(document: Document, iteration: int, trial: int) -> Document:

@@ -59,17 +59,20 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, first_slider=first) if 0 <= first < dim else document
         case do.SetUseTarget(use_target):
             return replace(document, use_target=use_target)
+        case do.SetShowTarget(show_target):
+            return replace(_facing(document), show_target=show_target)
+        case do.SetRevealed(revealed):
+            return replace(document, revealed=revealed)
         case do.SetGhosts(ghosts):
             return replace(document, ghosts=ghosts)
         case do.SetEyes(eyes):
             return replace(document, eyes=eyes)
         case do.SetSideBySide(side_by_side):
-            seen = replace(document.seen, camera=None)  # there are other robots to see
-            return replace(document, side_by_side=side_by_side, seen=seen)
+            return replace(_facing(document), side_by_side=side_by_side)
         case do.Look(seen):
             return replace(document, seen=seen)
         case do.ResetView():
-            return replace(document, seen=replace(document.seen, camera=None))
+            return _facing(document)
         case do.SetExportOption(name, value):
             if name == "file_format" and value not in FORMATS:
                 return document
@@ -77,6 +80,11 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, export=replace(document.export, **{name: value}))
         case _:
             assert_never(intent)
+
+
+def _facing(document: Document) -> Document:
+    """Seen from the front, all robots in view."""
+    return replace(document, seen=replace(document.seen, camera=None))
 
 
 def _phase(frame: float, last: int, otherwise: float) -> float:

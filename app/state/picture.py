@@ -20,7 +20,14 @@ from .results import (
     MotionResult,
     RecognitionTrace,
 )
-from .wanted import GHOSTS, export_work, known_reference, landscape_work, recognise_work
+from .wanted import (
+    GHOSTS,
+    export_work,
+    known_reference,
+    landscape_work,
+    recognise_work,
+    seen_target,
+)
 from .work import LandscapeWork, Slot
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
@@ -61,6 +68,11 @@ class Picture:
             return known
         entry = self.computed.entries.get(("reference", index))
         return entry.result.positions if entry and isinstance(entry.result, MotionResult) else None
+
+    @cached_property
+    def seen_target(self) -> NDArray[np.float32] | None:
+        """(T', J) of the active model's target what one may see."""
+        return seen_target(self.facts, self.document, self.active)
 
     def ghosts(self, index: int) -> tuple[NDArray[np.float32], ...]:
         """GHOSTS of (T, J): the newest samples of a model, once all of them are there."""

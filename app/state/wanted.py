@@ -51,6 +51,16 @@ def given_target(facts: Facts, document: Document, index: int) -> Target | None:
     return target if used else None
 
 
+def seen_target(facts: Facts, document: Document, index: int) -> NDArray[np.float32] | None:
+    """(T', J) of a target what one may see: the observed part, until it is revealed."""
+    target = given_target(facts, document, index)
+    if target is None:
+        return None
+    if document.revealed:
+        return target.array
+    return target.array[: max(1, int(document.recognition.observed * len(target)))]
+
+
 def known_reference(facts: Facts, document: Document, index: int) -> NDArray[np.float32] | None:
     """(T, J) what a model's motion is compared with; None = its own reconstruction."""
     target = given_target(facts, document, index)

@@ -36,6 +36,7 @@
  * @property {number} fps
  * @property {Numbers<Uint8Array> | null} eyes (T, 3 * segments) RGB
  * @property {Numbers | null} ghosts (K, T, J)
+ * @property {boolean} ends whether the robot is gone after its last frame
  */
 
 /**

@@ -154,6 +154,9 @@ class Robot {
     if (own) this.place(own);
     const root = this.isCopy ? this.copies[0]?.root : sceneNode(shown.root);
     root?.position.set(x, y, z);
+    if (root && this.isCopy) {
+      root.visible = !motion.ends || frame <= (motion.angles.shape[0] ?? 0) - 1;
+    }
     this.colour(frame);
     const ghosts = this.copies.slice(this.isCopy ? 1 : 0);
     const size = (motion.angles.shape[0] ?? 0) * columns;

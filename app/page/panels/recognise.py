@@ -48,6 +48,19 @@ class RecognisePanel:
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
         )
         self._target = gui.add_html("")
+        self._show_target = Bound(
+            gui.add_checkbox("Show the target", True, hint="on a robot of its own", visible=False),
+            lambda value: send(do.SetShowTarget(value)),
+        )
+        self._revealed = Bound(
+            gui.add_checkbox(
+                "Reveal the rest",
+                False,
+                hint="what the target does after the observed part",
+                visible=False,
+            ),
+            lambda value: send(do.SetRevealed(value)),
+        )
         self._init = Bound(
             gui.add_dropdown("Warm start", list(INITS)),
             lambda label: send(do.SetRecognitionOption("init", INITS[label])),
@@ -142,6 +155,12 @@ class RecognisePanel:
             content = f"Target: {target.name}, {len(target)} frames at {target.fps:g} Hz"
             self._example.show(target.name if target.name in self._examples else CHOOSE)
         write(self._target, text_lines(content))
+        for bound, value in (
+            (self._show_target, document.show_target),
+            (self._revealed, document.revealed),
+        ):
+            self._assign(bound.handle, visible=target is not None)
+            bound.show(value)
 
     def _show_scrub(self, picture: Picture) -> None:
         run, trace = picture.document.run, picture.trace

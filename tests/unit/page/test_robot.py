@@ -23,9 +23,17 @@ from rnnpb_explorer.app.page.panels.robot import (
 )
 from rnnpb_explorer.app.page.panels.view import ViewPanel
 from rnnpb_explorer.app.page.robot_nodes import add_robot
-from rnnpb_explorer.app.page.robots import ROOT, RobotNames, robot_names, robots_shown
+from rnnpb_explorer.app.page.robots import (
+    ROOT,
+    Part,
+    RobotNames,
+    cast_of,
+    robot_names,
+    robots_shown,
+)
 from rnnpb_explorer.app.page.stage import stage_for
 from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.views import curves_shown
 from rnnpb_explorer.app.page.words import light_words, safety_lines
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.computed import Entry
@@ -177,7 +185,7 @@ def test_the_limited_motion_is_made_only_while_it_is_seen_and_of_the_active_mode
 
 @pytest.mark.parametrize(
     ("facts", "names"),
-    [(FACTS, ["raw", "limited"]), (PAIR, ["one, raw", "two", "one, limited"])],
+    [(FACTS, ["tiny, raw", "tiny, limited"]), (PAIR, ["one, raw", "two", "one, limited"])],
     ids=["one model", "two models"],
 )
 def test_each_robot_says_which_it_is(facts: Facts, names: list[str]) -> None:
@@ -189,12 +197,36 @@ def test_each_robot_says_which_it_is(facts: Facts, names: list[str]) -> None:
 def test_a_robot_each_and_one_within_the_limits(scene: viser.SceneApi, arm: Robot) -> None:
     spots = stage_for(3, 0.5, 1.2).robots
     add_robot(scene, arm, ROOT)
-    shown = robots_shown(arm, PAIR, spots, limited_of=1).robots
+    cast = (Part(0), Part(1), Part(1, "limited"))
+    shown = robots_shown(arm, PAIR, spots, cast).robots
     assert [one.copy_of for one in shown] == [None, 0, 0]
     np.testing.assert_allclose([one.spot for one in shown], spots)
-    assert len(robots_shown(arm, PAIR, spots, limited_of=None).robots) == 2
     assert arm.tree.frames[0].joint == "a"  # turns about z
     assert (shown[0].columns[0], shown[0].axes[0].tolist()) == (JOINTS.index("a"), [0, 0, 1])
+
+
+def test_the_target_has_a_robot_of_its_own() -> None:
+    picture = after(open_screen(PAIR), do.SetTarget(make_target()), do.SelectModel(1))
+    assert cast_of(picture) == (Part(0), Part(1), Part(1, "target"))
+    assert robot_names(picture) == ["one", "two", "target"]
+    assert len(cast_of(after(picture, do.SetShowTarget(False)))) == 2
+    assert len(cast_of(after(picture, do.ClearTarget()))) == 2
+
+
+def test_of_the_target_one_sees_what_is_observed_until_one_asks() -> None:
+    target = make_target(10)
+    picture = after(open_screen(), do.SetTarget(target), do.SetRecognitionOption("observed", 0.4))
+    assert picture.seen_target is not None
+    np.testing.assert_array_equal(picture.seen_target, target.array[:4])
+    curves = curves_shown(picture).reference
+    assert curves is not None
+    np.testing.assert_array_equal(curves[:4], target.array[:4])
+    assert len(curves) == 10
+    assert np.isnan(curves[4:]).all()
+    picture = after(picture, do.SetRevealed(True))
+    np.testing.assert_array_equal(picture.seen_target, target.array)
+    np.testing.assert_array_equal(curves_shown(picture).reference, target.array)
+    assert not after(picture, do.SetTarget(target)).document.revealed  # another is hidden again
 
 
 def test_names_come_and_go(scene: viser.SceneApi) -> None:
@@ -202,7 +234,7 @@ def test_names_come_and_go(scene: viser.SceneApi) -> None:
     names = RobotNames(scene, 1.2)
     picture = after(open_screen(), do.SetSideBySide(True))
     names.show(picture, spots)
-    assert [label.text for label in names._labels.values()] == ["raw", "limited"]
+    assert [label.text for label in names._labels.values()] == ["tiny, raw", "tiny, limited"]
     names.show(after(picture, do.SetSideBySide(False)), spots)
     assert names._labels == {}
 

@@ -244,6 +244,8 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "joint": lambda it: "c",
     "first_slider": lambda it: 2,
     "side_by_side": lambda it: True,
+    "show_target": lambda it: False,
+    "revealed": lambda it: True,
     "ghosts": lambda document: True,
     "eyes": lambda it: False,
     "export": lambda it: ExportOptions("naoqi", safe_posture=True, beyond_limits=True),
