@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .data import Dataset
     from .errors import InputError
     from .model import RNNPB, ModelConfig, ModelInfo
-    from .motion import Motion, MotionLabel, parse_motion, read_motion, write_motion
+    from .motion import Motion, MotionLabel, write_motion
     from .recognition import recognize
     from .recognition_run import RecognitionConfig, RecognitionResult
     from .windows import Landscape
@@ -33,8 +33,6 @@ __all__ = [
     "RecognitionResult",
     "landscape",
     "load_checkpoint",
-    "parse_motion",
-    "read_motion",
     "recognize",
     "save_checkpoint",
     "shipped_checkpoints",
@@ -47,7 +45,7 @@ _MODULES = {
     "data": ("Dataset",),
     "errors": ("InputError",),
     "model": ("RNNPB", "ModelConfig", "ModelInfo"),
-    "motion": ("Motion", "MotionLabel", "parse_motion", "read_motion", "write_motion"),
+    "motion": ("Motion", "MotionLabel", "write_motion"),
     "recognition": ("recognize",),
     "recognition_run": ("RecognitionConfig", "RecognitionResult"),
     "windows": ("Landscape",),

@@ -1,29 +1,27 @@
 """Reading CSV files of joint values, whatever program wrote them.
 
-UTF-8 with or without BOM; comma, semicolon or tab; where a comma does not separate, it is a decimal
-comma. Messages name the row as an editor counts lines, and the column.
+UTF-8, UTF-16 with a byte order mark, or else Latin 1; comma, semicolon, tab or spaces; where a
+comma does not separate, it is a decimal comma. Comments (#), a first line `sep=;` and separators at
+a row's end are passed over; a header may be the last comment before the data. Messages name the row
+as an editor counts lines, and the column.
 """
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import math
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from .errors import InputError
 
-MAX_ANGLE = 4 * math.pi  # no joint turns twice around; more is degrees or rubbish
-# Networks leave 0 to 1 far from what they learned (3 sigma: -1 to 2.3); more is rubbish or percent.
-OPENING_RANGE = (-2.0, 3.0)
-
-Unit = Literal["radians", "degrees"]
-
 _MAX_EMPTY_ROWS = 5_000
+_CONTROL = [chr(i) for i in range(32) if chr(i) not in "\t\n\r\f\v"]
+_SEPARATOR_LINE = re.compile(r"sep=(.)", re.IGNORECASE)
 # No two parts can take the same digits: what is no number shows after one look at each character.
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[-+]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII)
@@ -50,11 +48,13 @@ class CsvTable:
             names: of columns that should be there; they help to tell what separates cells.
 
         Raises:
-            InputError: no UTF-8 text, or nothing in it.
+            InputError: no text, or nothing in it.
         """
         self.source = source
-        text = _decode(content, source)
-        self._delimiter = _delimiter(text, names)
+        text, self.encoding = _decode(content, source)
+        text, told = _without_separator_line(text)
+        text = _without_comments(text, names)
+        self._delimiter = told or _delimiter(text, names)
         self._rows = _rows(text, self._delimiter, source)
         first = next(self._rows, None)
         if first is None:
@@ -69,6 +69,9 @@ class CsvTable:
         """
         width = len(self.first.cells)
         for row in self._rows:
+            cells = row.cells
+            if len(cells) > width and not any(cells[width:]):
+                row = Row(cells[:width], row.where)
             if len(row.cells) != width:
                 raise InputError(f"{row.where}: {len(row.cells)} columns, expected {width}")
             yield row
@@ -99,29 +102,6 @@ class CsvTable:
             raise InputError(f"{self.source} has more than one column for {', '.join(twice)}")
         return [header.index(name) for name in names]
 
-    def values(
-        self,
-        row: Row,
-        columns: Sequence[int],
-        joints: Sequence[str],
-        unit: Unit = "radians",
-        openings: Collection[str] = frozenset(),
-    ) -> list[float]:
-        """One frame: the values of `joints`, which stand in `columns`, in the file's unit.
-
-        Raises:
-            InputError: a cell is no number, not finite, or beyond any angle or opening.
-        """
-        values = []
-        for column, joint in zip(columns, joints, strict=True):
-            where = f"{row.where}, column {joint}"
-            value = self.number(row.cells[column], where)
-            fault = implausible(value, None if joint in openings else unit)
-            if fault:
-                raise InputError(f"{where}: {fault}")
-            values.append(value)
-        return values
-
     def number(self, cell: str, where: str) -> float:
         """
         Raises:
@@ -136,18 +116,6 @@ class CsvTable:
     def _point(self, cell: str) -> str:
         """The cell with a decimal point for a decimal comma, where the comma does not separate."""
         return cell if self._delimiter == "," else cell.replace(",", ".", 1)
-
-
-def implausible(value: float, unit: Unit | None) -> str:
-    """Why the value is none of a joint in this unit, None for an opening; "" where it may be."""
-    if unit is None:
-        low, high = OPENING_RANGE
-        return "" if low <= value <= high else f"{value:g} is no plausible opening (from 0 to 1)"
-    limit = MAX_ANGLE if unit == "radians" else math.degrees(MAX_ANGLE)
-    if abs(value) <= limit:
-        return ""
-    hint = "; is the file in degrees?" if unit == "radians" else ""
-    return f"{value:g} is no plausible angle in {unit} (at most {limit:.4g}){hint}"
 
 
 def read_csv_bytes(path: Path, limit: int) -> bytes:
@@ -170,24 +138,68 @@ def read_csv_bytes(path: Path, limit: int) -> bytes:
     return content
 
 
-def _decode(content: bytes, source: str) -> str:
-    """UTF-8 text with plain newlines, whatever ends its lines."""
+def _decode(content: bytes, source: str) -> tuple[str, str]:
+    """Text with plain newlines, whatever ends its lines, and its encoding in words."""
+    encoding, words = "utf-8-sig", "UTF-8"
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding, words = "utf-16", "UTF-16"
     try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{source} is no UTF-8 text (byte {error.start}); save it as CSV in UTF-8"
-        ) from error
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+        text = content.decode(encoding)
+    except UnicodeDecodeError:
+        # Names of joints and numbers are ASCII; what else is in the file need not be readable.
+        text, words = content.decode("latin-1"), "Latin 1"
+    if "\0" in text or sum(map(text[:4000].count, _CONTROL)) > 8:
+        raise InputError(f"{source} is no text; save it as CSV in UTF-8")
+    return text.replace("\r\n", "\n").replace("\r", "\n"), words
+
+
+def _without_separator_line(text: str) -> tuple[str, str]:
+    """What a first line for a spreadsheet says separates the cells; it is left blank."""
+    first, _, rest = text.partition("\n")
+    found = _SEPARATOR_LINE.fullmatch(first.strip())
+    return ("\n" + rest, found[1]) if found else (text, "")
+
+
+def _without_comments(text: str, names: Sequence[str]) -> str:
+    """Comments left blank, so that rows keep their numbers; a header among them stays."""
+    if "#" not in text:
+        return text
+    lines = text.split("\n")
+    comments = [i for i, line in enumerate(lines) if line.lstrip().startswith("#")]
+    first = next((i for i, line in enumerate(lines) if line.strip() and i not in comments), None)
+    before = [i for i in comments if first is not None and i < first]
+    header = before[-1] if before and first is not None else None
+    if header is not None and first is not None:
+        uncommented = lines[header].lstrip().removeprefix("#").lstrip()
+        if _is_header(uncommented, lines[first], names):
+            lines[header] = uncommented
+            comments.remove(header)
+    for i in comments:
+        lines[i] = ""
+    return "\n".join(lines)
+
+
+def _is_header(line: str, data: str, names: Sequence[str]) -> bool:
+    """Whether a comment names the columns of the row of data after it."""
+    delimiter = _delimiter(line, names)
+    cells, values = (next(csv.reader([one], delimiter=delimiter), []) for one in (line, data))
+    words = [cell for cell in cells if cell.strip() and not _NUMBER.fullmatch(cell.strip())]
+    numbers = [value for value in values if _NUMBER.fullmatch(value.strip().replace(",", "."))]
+    return (
+        len(cells) > 1
+        and len(cells) == len(values) == len(numbers)
+        and len(words) > 0.5 * len(cells)
+    )
 
 
 def _delimiter(text: str, names: Sequence[str]) -> str:
-    """The one that brings the names to light, else the first of tab, semicolon, comma in use.
+    """The one that brings the names to light, else the first in use of all.
 
-    In that order: where one of the others separates, a comma is a decimal comma.
+    Tab, semicolon, comma, space, in that order: where one of the others separates, a comma is a
+    decimal comma.
     """
-    first = next((line for line in io.StringIO(text) if line.strip()), "")
-    in_use = [delimiter for delimiter in "\t;," if delimiter in first]
+    first = next((line for line in io.StringIO(text) if line.strip()), "").strip(" \n")
+    in_use = [delimiter for delimiter in "\t;, " if delimiter in first]
     for delimiter in [*in_use, ","] if names else ():  # a lone column may be called ';'
         try:
             cells = {cell.strip() for cell in next(csv.reader([first], delimiter=delimiter))}
@@ -199,7 +211,9 @@ def _delimiter(text: str, names: Sequence[str]) -> str:
 
 
 def _rows(text: str, delimiter: str, source: str) -> Iterator[Row]:
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter, strict=True)
+    reader = csv.reader(
+        io.StringIO(text), delimiter=delimiter, skipinitialspace=delimiter == " ", strict=True
+    )
     empty: list[Row] = []  # rows of nothing but delimiters: left out if nothing follows
     try:
         for cells in reader:

@@ -1,10 +1,9 @@
-"""Training motions, and a folder of them: one CSV file a motion."""
+"""Training motions and what is known of them."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ import numpy as np
 
 from .csv_table import CsvTable, Row, read_csv_bytes
 from .errors import InputError
-from .motion import MAX_CSV_BYTES, Motion, MotionLabel, read_motion
+from .motion import MAX_CSV_BYTES, Motion, MotionLabel
 
 if TYPE_CHECKING:
     from .model import RNNPB, ModelInfo
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 MIRROR_SUFFIX = "_tr"  # of the name of a motion that is another one as in a mirror
 _Ratings = tuple[float | None, float | None]  # valence, arousal; None where nobody has rated
 LABEL_FILES = ("labels_augmented.csv", "labels_raw.csv", "labels.csv")
-# Columns of a folder's files that count frames or name the motion instead of moving a joint.
-_NO_JOINTS = {"", "id", "index", "frame", "time", "timestamp", "t", "unnamed: 0"}
 
 
 @dataclass(frozen=True)
@@ -32,6 +29,7 @@ class Dataset:
     motions: tuple[Motion, ...]
     labels: dict[str, MotionLabel]
     attribution: str = ""
+    remarks: tuple[str, ...] = ()  # what was not plain in the files, a line each
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -109,65 +107,6 @@ class Dataset:
             lengths=info.lengths or tuple(map(len, there)),
             labels=info.labels or self.labels,
         )
-
-
-def load_folder(
-    path: Path, joints: tuple[str, ...], openings: Collection[str] = frozenset()
-) -> Dataset:
-    """The motions of a folder of one CSV a motion, with the labels that lie beside them.
-
-    Args:
-        joints, openings: see `parse_motion`.
-
-    Raises:
-        InputError: no CSV file there, or one that is no motion of these joints.
-    """
-    motions = tuple(read_motion(file, joints, openings=openings) for file in motion_files(path))
-    return Dataset(motions, labels_beside(path, [motion.name for motion in motions]))
-
-
-def motion_files(path: Path) -> list[Path]:
-    """The CSV files of a folder that are motions, by name.
-
-    Raises:
-        InputError: there is none, or two for one motion.
-    """
-    files = sorted(
-        (
-            file
-            for file in path.iterdir()
-            if file.suffix.lower() == ".csv"
-            and not file.name.startswith(".")
-            and file.name not in LABEL_FILES
-        ),
-        key=lambda file: file.stem,
-    )
-    if not files:
-        raise InputError(f"no CSV file in {path}; expected one a motion")
-    names = [file.stem for file in files]
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise InputError(f"{path} has more than one file for {', '.join(sorted(twice))}")
-    return files
-
-
-def named_joints(file: Path, others: Collection[str] = ()) -> tuple[str, ...]:
-    """The joints that a motion file names in its header.
-
-    Args:
-        others: names of columns that are no joints.
-
-    Raises:
-        InputError: it has no header, or one without joints.
-    """
-    table = CsvTable(read_csv_bytes(file, MAX_CSV_BYTES), file.name)
-    if not table.first_is_header():
-        raise InputError(f"{file.name} has no header; expected the names of the joints")
-    names = table.first.cells
-    joints = tuple(n for n in names if n.lower() not in _NO_JOINTS and n not in others)
-    if not joints:
-        raise InputError(f"{file.name} names no joints in its header")
-    return joints
 
 
 def behavior_class(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Training motions: REBL-Pepper as published, or a folder of one CSV file a motion.
+"""Training motions: REBL-Pepper as published, or files of motions in a folder.
 
 REBL-Pepper: M. Marmpena, F. Garcia, A. Lim, N. Hemion, T. Wennekers, "Data-driven emotional body
 language generation for social robotics", CC BY 4.0. Section IV.A of the paper uses it with each
@@ -8,36 +8,34 @@ posture mirrored, 72 motions in all.
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from ..core.csv_table import CsvTable, read_csv_bytes
-from ..core.data import (
-    MIRROR_SUFFIX,
-    Dataset,
-    labels_beside,
-    load_folder,
-    motion_files,
-    named_joints,
-)
+from ..core.csv_table import read_csv_bytes
+from ..core.data import LABEL_FILES, MIRROR_SUFFIX, Dataset, labels_beside
 from ..core.errors import InputError
-from ..core.motion import Motion, check_length
-from .openings import pepper_openings
-from .pepper import EYE_COLUMNS, PEPPER_JOINTS, mirror
+from ..core.motion import MAX_CSV_BYTES, Motion, MotionLabel
+from .pepper import PEPPER_JOINTS, mirror
+from .reading import SUFFIXES, Reading, Said, joints_in, read_motions
 
 REBL_PEPPER_FPS = 25.0
 MAX_DATA_BYTES = 100_000_000
+MOST_FILES = 10_000
 
 
-def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = None) -> Dataset:
-    """Load REBL-Pepper's `data_raw.csv` (mirrored to 72 motions) or a folder of CSV files.
+def load_dataset(
+    path: str | os.PathLike[str], joints: tuple[str, ...] | None = None, said: Said | None = None
+) -> Dataset:
+    """Load REBL-Pepper's `data_raw.csv` (mirrored to 72 motions) or a folder of motion files.
 
     Args:
-        path: the file, the folder that holds `data_raw.csv`, or a folder of one CSV a motion.
+        path: the file, the folder that holds `data_raw.csv`, or a folder of motions; a folder in it
+            is the class of its motions.
         joints: the joints to read from a folder's files. By default Pepper's where the first file
-            has them all, else all its named columns that are no index.
+            has them all, else those that most files name.
+        said: what somebody says of a folder's files.
 
     Raises:
         InputError: nothing there, or a file that is not what it should be.
@@ -48,7 +46,7 @@ def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = 
             for folder in (path, path / "original_animations"):  # as in the published repository
                 if (folder / "data_raw.csv").is_file():
                     return _load_rebl_pepper(folder / "data_raw.csv")
-            return load_folder(path, joints or _joints(path), pepper_openings())
+            return _load_folder(path, joints, said or Said())
         if path.is_file():
             return _load_rebl_pepper(path)
     except OSError as error:
@@ -56,38 +54,132 @@ def load_dataset(path: str | os.PathLike[str], joints: tuple[str, ...] | None = 
     raise InputError(f"no data at {path}; give REBL-Pepper's data_raw.csv or a folder of CSV files")
 
 
-def _joints(folder: Path) -> tuple[str, ...]:
-    """Pepper's joints where a folder's first file has them all, else all that it names."""
-    named = named_joints(motion_files(folder)[0], EYE_COLUMNS)
-    return PEPPER_JOINTS if set(PEPPER_JOINTS) <= set(named) else named
+def motion_files(path: Path) -> list[Path]:
+    """The files of a folder, and of the folders in it, that may be motions, by name.
+
+    Raises:
+        InputError: there is none, or too many.
+    """
+    files = sorted(
+        (
+            file
+            for pattern in ("*", "*/*")
+            for file in path.glob(pattern)
+            if file.suffix.lower() in SUFFIXES
+            and file.is_file()
+            and not any(part.startswith(".") for part in file.relative_to(path).parts)
+            and file.name not in LABEL_FILES
+        ),
+        key=lambda file: (file.stem, file),
+    )
+    if not files:
+        raise InputError(f"no CSV file in {path}; expected one a motion")
+    if len(files) > MOST_FILES:
+        raise InputError(f"{path} has {len(files)} files; at most {MOST_FILES} can be learned from")
+    return files
 
 
+# --- a folder ---
+def _load_folder(path: Path, joints: tuple[str, ...] | None, said: Said) -> Dataset:
+    files = motion_files(path)
+    contents = {file: read_csv_bytes(file, MAX_CSV_BYTES) for file in files}
+    remarks: list[str] = []
+    if joints is None:
+        joints, strangers = _joints(contents)
+        for file, why in strangers.items():
+            remarks.append(f"{file.relative_to(path)} is left out: {why}")
+            del contents[file]
+    readings = {
+        file: read_motions(content, file.name, joints, said=said)
+        for file, content in contents.items()
+    }
+    fps = said.fps or _common_rate(readings.values())
+    for file, reading in readings.items():
+        if abs(reading.fps / fps - 1) > 1e-4:
+            again = read_motions(contents[file], file.name, joints, said=said, fps=fps)
+            readings[file] = again
+    motions: list[Motion] = []
+    labels: dict[str, MotionLabel] = {}
+    beside = labels_beside(path, [file.stem for file in readings])
+    for file, reading in readings.items():
+        remarks += [f"{file.relative_to(path)}: {remark}" for remark in reading.remarks]
+        for motion in reading.motions:
+            name = motion.name if len(reading.motions) > 1 else file.stem
+            motions.append(replace(motion, name=name))
+            label = beside[file.stem]
+            if file.parent != path:
+                label = replace(label, behavior_class=file.parent.name)
+            labels[name] = label
+    names = [motion.name for motion in motions]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"{path} has more than one file for {', '.join(twice)}")
+    motions.sort(key=lambda motion: motion.name)
+    return Dataset(tuple(motions), labels, remarks=_merged(remarks))
+
+
+def _joints(contents: dict[Path, bytes]) -> tuple[tuple[str, ...], dict[Path, str]]:
+    """The joints that a folder's motions have, and which files have none of them, with the reason.
+
+    Raises:
+        InputError: no file names any.
+    """
+    named: dict[Path, tuple[str, ...]] = {}
+    faults: dict[Path, InputError] = {}
+    for file, content in contents.items():
+        try:
+            named[file] = joints_in(content, file.name)
+        except InputError as error:
+            faults[file] = error
+    if not named:
+        raise next(iter(faults.values()))
+    counted = Counter(joint for joints in named.values() for joint in joints)
+    # Of all files the one whose joints most others have, too; of equals the first.
+    shared = {file: sum(map(counted.__getitem__, own)) / len(own) for file, own in named.items()}
+    first = named[max(named, key=shared.__getitem__)]
+    joints = PEPPER_JOINTS if set(PEPPER_JOINTS) <= set(first) else first
+    strangers = {
+        file: "it has none of the joints of the others"
+        for file, own in named.items()
+        if not set(own) & set(joints)
+    }
+    for file, fault in faults.items():
+        if len(named) > len(strangers):
+            raise fault
+        strangers[file] = str(fault)
+    return joints, strangers
+
+
+def _common_rate(readings: Iterable[Reading]) -> float:
+    """The rate of most motions, where files say one."""
+    known = Counter(one.fps for one in readings if one.fps_source != "assumed")
+    return known.most_common(1)[0][0] if known else REBL_PEPPER_FPS
+
+
+def _merged(remarks: list[str]) -> tuple[str, ...]:
+    """What is said of several files alike, said once."""
+    counted = Counter(remark.partition(": ")[2] for remark in remarks)
+    lines, seen = [], set()
+    for remark in remarks:
+        file, _, what = remark.partition(": ")
+        if counted[what] == 1 or not what:
+            lines.append(remark)
+        elif what not in seen:
+            seen.add(what)
+            lines.append(f"{file} and {counted[what] - 1} more: {what}")
+    return tuple(lines)
+
+
+# --- REBL-Pepper ---
 def _load_rebl_pepper(path: Path) -> Dataset:
-    table = CsvTable(read_csv_bytes(path, MAX_DATA_BYTES), path.name, ("id", *PEPPER_JOINTS))
-    if "id" not in table.first.cells:
-        raise InputError(
-            f"{path.name} is not REBL-Pepper's data_raw.csv, it has no column id; motions of one "
-            "CSV file each go into a folder"
-        )
-    [name_column, *columns] = table.columns(("id", *PEPPER_JOINTS))
-    frames: dict[str, list[list[float]]] = {}
-    openings = pepper_openings()
-    for row in table:
-        name = row.cells[name_column]
-        if not name:
-            raise InputError(f"{row.where}, column id: no name of a motion")
-        values = table.values(row, columns, PEPPER_JOINTS, openings=openings)
-        frames.setdefault(name, []).append(values)
-    if not frames:
-        raise InputError(f"{path.name} has a header and no frames")
-    for name, rows in frames.items():
-        check_length(len(rows), f"{path.name}, motion {name}")
-    motions = [
-        Motion(name, PEPPER_JOINTS, np.array(rows, dtype=np.float32), REBL_PEPPER_FPS)
-        for name, rows in frames.items()
-    ]
+    content = read_csv_bytes(path, MAX_DATA_BYTES)
+    reading = read_motions(
+        content, path.name, PEPPER_JOINTS, said=Said(REBL_PEPPER_FPS, "radians"), by="id"
+    )
+    motions = list(reading.motions)
+    names = {motion.name for motion in motions}
     # The published data_augmented.csv has the mirrored motions already.
-    motions += [mirror(m) for m in motions if not _mirrored(m.name, frames)]
+    motions += [mirror(m) for m in motions if not _mirrored(m.name, names)]
     motions.sort(key=lambda motion: motion.name)
     return Dataset(
         tuple(motions),

@@ -14,8 +14,8 @@ from ..core.errors import InputError
 from ..core.motion import Motion, format_motion
 from .description import Robot
 from .formats import FORMATS, JSON_FORMAT, Format
-from .importing import naoqi_frames
 from .pepper import PEPPER_STAND
+from .reading.scripts import script_frames
 from .safety import check_motion, limit_motion
 from .safety_report import SafetyReport
 
@@ -84,7 +84,8 @@ def export_motion(
         written, content, suffix = motion, _format_json(motion, leads), ".json"
     else:
         content, suffix = _format_naoqi(motion, leads), ".py"
-        written, times = naoqi_frames(content, "the script")
+        title, joints, frames, times, fps = script_frames(content, "the script")
+        written = Motion(title, joints, frames.astype(np.float32), fps)
     broken = check_motion(written, robot, times).violations
     if enforce_limits and broken:
         raise InputError(f"{motion.name} is not within the limits as it is written: {broken[0]}")

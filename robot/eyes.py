@@ -85,7 +85,10 @@ def load_rebl_pepper_eyes(path: str | Path) -> dict[str, NDArray[np.float32]]:
 
 
 def _intensities(table: CsvTable, row: Row, columns: Sequence[int]) -> list[float]:
-    values = table.values(row, columns, EYE_COLUMNS)
+    values = [
+        table.number(row.cells[column], f"{row.where}, column {name}")
+        for column, name in zip(columns, EYE_COLUMNS, strict=True)
+    ]
     for column, value in zip(EYE_COLUMNS, values, strict=True):
         if not 0 <= value <= 1:
             raise InputError(f"{row.where}, column {column}: {value:g} is no intensity (0 to 1)")

@@ -29,6 +29,17 @@ def openings(urdf: ElementTree.Element) -> frozenset[str]:
 
 
 @cache
+def pepper_limits() -> dict[str, tuple[float, float]]:
+    """Lower and upper limits of the shipped Pepper's joints, radians; (0, 1) of an opening."""
+    root = ElementTree.parse(PEPPER_URDF).getroot()
+    return {
+        joint.get("name", ""): (float(limit.get("lower", 0)), float(limit.get("upper", 0)))
+        for joint in root.iterfind("joint")
+        if joint.get("type") == "revolute" and (limit := joint.find("limit")) is not None
+    }
+
+
+@cache
 def pepper_openings() -> frozenset[str]:
     """Those of the shipped Pepper; reading its description for them takes milliseconds."""
     return openings(ElementTree.parse(PEPPER_URDF).getroot())

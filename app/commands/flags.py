@@ -6,17 +6,20 @@ import math
 import re
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter, Token
 
-from ...core.csv_table import Unit
 from ...core.device import Device
 from ...core.recognition_run import Init
 
 if TYPE_CHECKING:  # torch takes seconds to import; commands do so when they run
     from ...core.data import Dataset
     from ...core.model import RNNPB
+    from ...core.motion import Motion
+    from ...robot.reading import Reading, Said, Unclear
 
 MAX_COMPONENT = 1e6  # of mu or sigma; beyond it the network only saturates
 
@@ -123,7 +126,74 @@ WarmStart = Annotated[
 ]
 Robot = Annotated[str, Parameter(help="pepper, PATH.urdf or NAME_description")]
 Seed = Annotated[int, read_by(SEEDS), Parameter(help="of the random numbers")]
-AngleUnit = Annotated[Unit, Parameter(help="of the angles in the CSV file")]
+MotionInFile = Annotated[
+    str | None, Parameter(name="motion", help="which one, where the file holds several")
+]
+FPS = (0.5, 10_000.0)  # that a file may have
+
+
+@FLAGS
+@dataclass(frozen=True, kw_only=True)
+class FileFlags:
+    """What is said of a motion file; by default the file says it, or its values.
+
+    Args:
+        fps: frames a second in the file, where it does not say
+        unit: of the angles in the file
+        hands: what openings of hands are measured in
+    """
+
+    fps: Annotated[float | None, read_by(real(*FPS))] = None
+    unit: Literal["auto", "radians", "degrees"] = "auto"
+    hands: Literal["auto", "share", "percent", "degrees"] = "auto"
+
+    @property
+    def said(self) -> Said:
+        from ...robot.reading import Said
+
+        unit = None if self.unit == "auto" else self.unit
+        return Said(self.fps, unit, None if self.hands == "auto" else self.hands)
+
+
+def read_reading(path: Path, joints: tuple[str, ...], fps: float, file: FileFlags) -> Reading:
+    """What was understood of a motion file.
+
+    Raises:
+        InputError: it is no motion of these joints, or unclear; the message says the flag.
+    """
+    from ...core.errors import InputError
+    from ...robot.reading import Unclear, read_file
+
+    try:
+        return read_file(path, joints, said=file.said, fps=fps)
+    except Unclear as unclear:
+        raise InputError(_answered(unclear)) from unclear
+
+
+def read_target(
+    path: Path, joints: tuple[str, ...], fps: float, file: FileFlags, motion: str | None = None
+) -> Motion:
+    """A motion from a file; what was not exact is said.
+
+    Raises:
+        InputError: see `read_reading`; several motions, of which none is named.
+    """
+    from ...core.errors import InputError
+    from ...robot.reading import Unclear
+
+    reading = read_reading(path, joints, fps, file)
+    for remark in reading.remarks:
+        note(f"{path.name}: {remark}")
+    try:
+        return reading.motion(motion)
+    except Unclear as unclear:
+        raise InputError(_answered(unclear)) from unclear
+
+
+def _answered(unclear: Unclear) -> str:
+    if unclear.question == "motion":
+        return f"{unclear}; choose one with --motion"
+    return f"{unclear} Say --{unclear.question} {' or '.join(unclear.choices)}"
 
 
 def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | None]:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from ...robot.importing import read_motion
 from .flags import (
-    AngleUnit,
     Checkpoint,
     Data,
     DeviceName,
+    FileFlags,
     load_model,
     note,
     read_by,
+    read_target,
     real,
     whole,
 )
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ...core.csv_table import Unit
     from ...core.data import Dataset
     from ...core.model import RNNPB
     from ...core.windows import Landscape
@@ -51,11 +50,11 @@ def _radius(text: str) -> Radius:
 
 
 def run(
+    file: FileFlags | None = None,
     *,
     ckpt: Checkpoint,
     motion: str,
-    target: str | None = None,
-    unit: AngleUnit = "radians",
+    target: Path | None = None,
     axes: Annotated[tuple[int, ...], read_by(_axes, "1,2|pca", shown="1,2")] = (0, 1),
     radius: Annotated[Radius, read_by(_radius, "r|r sd", shown="1.0")] = (1.0, "absolute"),
     grid: Annotated[int, read_by(whole(2, MAX_GRID))] = 20,
@@ -80,7 +79,7 @@ def run(
     check_writable(out)
     model, dataset = load_model(ckpt, data)
     index = model.motion_index(motion)
-    compared = _target(model, dataset, index, target, unit)
+    compared = _target(model, dataset, index, target, file or FileFlags())
 
     from ...core.correlation import landscape
     from ...core.device import choose_device
@@ -96,12 +95,11 @@ def run(
 
 
 def _target(
-    model: RNNPB, dataset: Dataset | None, index: int, path: str | None, unit: Unit
+    model: RNNPB, dataset: Dataset | None, index: int, path: Path | None, file: FileFlags
 ) -> NDArray[np.float32]:
     """(T, J) what the generated motions are compared with; it decides their length."""
     if path is not None:
-        joints, fps = model.info.joints, model.info.fps
-        return read_motion(path, joints, fps=fps, unit=unit).positions
+        return read_target(path, model.info.joints, model.info.fps, file).positions
     if dataset is not None:
         return dataset.motions[index].positions
     reconstruction: NDArray[np.float32] = model.reconstruct(index).numpy()

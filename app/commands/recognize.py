@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...core.motion import Motion
-from ...robot.importing import read_motion
 from .flags import (
     FLAGS,
-    AngleUnit,
     Checkpoint,
     DeviceName,
+    FileFlags,
+    MotionInFile,
     Seed,
     WarmStart,
     load_model,
     read_by,
+    read_target,
     real,
     whole,
 )
@@ -56,19 +57,20 @@ class Settings:
 
 
 def run(
-    motion: Path,
+    path: Path,
     /,
     settings: Settings | None = None,
+    file: FileFlags | None = None,
     *,
     ckpt: Checkpoint,
-    unit: AngleUnit = "radians",
+    motion: MotionInFile = None,
     device: DeviceName = "auto",
     out: Path,
 ) -> None:
     """Write every trial's path, and print how well the last and the best iterates explain it.
 
     Args:
-        motion: the motion to recognise: a CSV file, or an export
+        path: the file with the motion to recognise
         out: R.npz
     """
     settings = settings or Settings()
@@ -76,7 +78,8 @@ def run(
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
     model, _ = load_model(ckpt)
-    target = read_motion(motion, model.info.joints, fps=model.info.fps, unit=unit)
+    info = model.info
+    target = read_target(path, info.joints, info.fps, file or FileFlags(), motion)
 
     from ...core.device import choose_device
     from ...core.recognition_run import RecognitionResult

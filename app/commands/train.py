@@ -18,7 +18,7 @@ from cyclopts import Parameter
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS
-from .flags import FLAGS, SEEDS, Data, DeviceName, read_by, real, whole
+from .flags import FLAGS, SEEDS, Data, DeviceName, FileFlags, note, read_by, real, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ...core.model import ModelConfig
     from ...core.training import Trainer, TrainingConfig, TrainingProgress
 
+MOST_NAMES = 6  # of motions, in a line
 SAVE_EVERY = 120.0  # seconds between saves of the resumable state: what a power cut may cost
 
 
@@ -61,7 +62,7 @@ class Flags:
     out: Path
 
 
-def run(flags: Flags) -> None:
+def run(flags: Flags, file: FileFlags | None = None) -> None:
     out = flags.out
     if out.suffix.lower() != ".pt":
         raise InputError(f"--out {out}: the name of a checkpoint ends in .pt")
@@ -71,7 +72,9 @@ def run(flags: Flags) -> None:
     from ...core.training import Trainer
     from ...robot.data import load_dataset
 
-    dataset = load_dataset(flags.data)
+    dataset = load_dataset(flags.data, said=(file or FileFlags()).said)
+    for line in described(dataset):
+        note(line)
     config, training = _recipe(flags) if flags.resume is None else _resumed(flags.resume, flags)
     resumable = out.with_suffix(".resume.pt")
     if resumable.exists() and not _same_file(resumable, flags.resume):
@@ -101,6 +104,19 @@ def run(flags: Flags) -> None:
         f"{trainer.epoch} epochs in {session.seconds:.0f} s, sampled error "
         f"{metrics['reconstruction_mean']:.6f} (sd {metrics['reconstruction_sd']:.6f}): {out}"
     )
+
+
+def described(dataset: Dataset) -> list[str]:
+    """What will be learned, and what was not plain in the files."""
+    lengths = [len(motion) for motion in dataset.motions]
+    names = [motion.name for motion in dataset.motions]
+    shown = ", ".join(names[:MOST_NAMES]) + (", …" if len(names) > MOST_NAMES else "")
+    frames = f"{min(lengths)} to {max(lengths)} frames at {dataset.fps:g} Hz"
+    return [
+        *dataset.remarks,
+        f"{len(names)} motions of {frames}: {shown}",
+        f"{len(dataset.joints)} joints: {', '.join(dataset.joints)}",
+    ]
 
 
 def _same_file(path: Path, given: Path | None) -> bool:

@@ -92,7 +92,7 @@ class Screen:
         with tabs.add_tab("Explore"):
             explore = ExplorePanel(gui, self._facts, self._send)
         with tabs.add_tab("Recognise"):
-            recognise = RecognisePanel(gui, self._facts, self._send)
+            recognise = RecognisePanel(gui, self._facts, self._robot, self._send)
         with tabs.add_tab("Robot"):
             robot = RobotPanel(gui, self._facts, self._robot, self._send)
         with tabs.add_tab("View"):
@@ -102,6 +102,7 @@ class Screen:
             add_help(gui)
         gui.add_html(NARROW_TABS)
         self._panels = (light, explore, recognise, robot, self._view)
+        self.show_file = recognise.show_file
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command

@@ -158,6 +158,8 @@ class Session:
                 self._ask_for_file(AS_IT_IS)
             case do.ShowCode():
                 self._show_code(screen)
+            case do.ShowFile():
+                screen.show_file(event)
             case do.Say(text, good):
                 screen.say(text, good=good)
             case _:

@@ -318,6 +318,14 @@ class ShowCode:
 
 
 @dataclass(frozen=True)
+class ShowFile:
+    """What a file holds that was read: its motions; or what has to be said of it first."""
+
+    motions: tuple[str, ...] = ()
+    question: Literal["", "unit", "hands", "motion"] = ""
+
+
+@dataclass(frozen=True)
 class Say:
     """A line for the person."""
 
@@ -327,5 +335,5 @@ class Say:
 
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
-PageIntent = ExportMotion | DownloadMotion | ShowCode | Say
+PageIntent = ExportMotion | DownloadMotion | ShowCode | ShowFile | Say
 Intent = DocumentIntent | HistoryIntent | PageIntent

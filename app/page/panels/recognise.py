@@ -3,24 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 import numpy as np
 import viser
 
+from ....robot.description import Robot
+from ....robot.reading import SUFFIXES, Hands, Said, Unit
 from ...state import intents as do
 from ...state.document import MAX_ITERATIONS, MAX_TRIALS, MIN_OBSERVED, Document
 from ...state.facts import Facts
 from ...state.on_recognition import shown_iteration
 from ...state.picture import Picture
 from ...state.results import RecognitionTrace
-from ..uploads import CODE_SUFFIX, UploadReader
+from ..uploads import CODE_SUFFIX, Upload, UploadReader
 from .bound import Bound, on_click
 from .text import text_lines, write
 
 Send = Callable[[do.Intent], None]
 CHOOSE = "choose …"
+ONLY = "the only one"
+UNITS: dict[str, Unit | None] = {
+    "as the values say": None,
+    "radians": "radians",
+    "degrees": "degrees",
+}
+HANDS: dict[str, Hands | None] = {
+    "as the values say": None,
+    "from 0 to 1": "share",
+    "per cent": "percent",
+    "degrees": "degrees",
+}
 INITS = {
     "learned: best of the learned μ": "learned",
     "baseline: μ = 0": "baseline",
@@ -32,17 +47,18 @@ INIT_LABELS = {value: label for label, value in INITS.items()}
 class RecognisePanel:
     """Upload or choose a target, start, watch, cancel, scrub."""
 
-    def __init__(self, gui: viser.GuiApi, facts: Facts, send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send) -> None:
         self._facts = facts
         self._active = 0
-        self._reader = UploadReader(send)
+        self._reader = UploadReader(robot, send)
         self._upload = gui.add_upload_button(
             "Upload a motion",
             icon=viser.Icon.UPLOAD,
-            hint="CSV, what was exported as JSON or NAOqi script, or a state code as a file",
-            mime_type=f".csv,.json,.py,{CODE_SUFFIX},text/csv,text/plain",
+            hint="a table of joint angles, an export, an animation; or a state code as a file",
+            mime_type=",".join([*SUFFIXES, CODE_SUFFIX, "text/csv", "text/plain"]),
         )
         self._upload.on_upload(self._uploaded)
+        self._add_file(gui)
         self._examples = example_files()
         self._example = Bound(
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
@@ -115,16 +131,51 @@ class RecognisePanel:
         )
         self._drawn: object = None  # the run, its iterations and trial that the curve shows
 
+    def _add_file(self, gui: viser.GuiApi) -> None:
+        """What a person may say of the file: it holds for the last one, and for the next."""
+        self._file = gui.add_folder("File", expand_by_default=False)
+        with self._file:
+            self._motions = Bound(
+                gui.add_dropdown("Motion in it", [ONLY], visible=False), lambda _: self._again()
+            )
+            self._unit = Bound(gui.add_dropdown("Angles", list(UNITS)), lambda _: self._again())
+            self._hands = Bound(gui.add_dropdown("Hands", list(HANDS)), lambda _: self._again())
+            self._rate = Bound(
+                gui.add_number(
+                    "Rate, Hz", 0.0, min=0.0, max=10_000.0, step=0.1, hint="0: as the file says"
+                ),
+                lambda _: self._again(),
+            )
+
+    def show_file(self, file: do.ShowFile) -> None:
+        """Offer the motions of a file; ask what it leaves open."""
+        self._motions.offer(file.motions or (ONLY,))
+        self._assign(self._motions.handle, visible=len(file.motions) > 1)
+        if file.question or len(file.motions) > 1:
+            self._assign(self._file, expand_by_default=True)
+
     # --- what a person does (viser's event loop: only hand on) ---
+    def _read(self, upload: Upload, motion: str | None = None) -> None:
+        rate: float = self._rate.handle.value
+        said = Said(rate or None, UNITS[self._unit.handle.value], HANDS[self._hands.handle.value])
+        self._reader.read(replace(upload, said=said, motion=motion))
+
+    def _again(self) -> None:
+        """Read the last file once more, with what is said of it now."""
+        last = self._reader.last
+        if last is not None:
+            motion = self._motions.handle.value
+            self._read(last, None if motion == ONLY else motion)
+
     async def _uploaded(self, event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
         file = event.target.value
         content, file.content = file.content, b""  # the handle keeps the file: not its bytes, too
-        self._reader.read(file.name, lambda: content, self._facts[self._active])
+        self._read(Upload(file.name, lambda: content, self._facts[self._active]))
 
     def _choose_example(self, name: str) -> None:
         if name in self._examples:
             load = self._examples[name].read_bytes
-            self._reader.read(f"{name}.csv", load, self._facts[self._active])
+            self._read(Upload(f"{name}.csv", load, self._facts[self._active]))
 
     # --- what the state says ---
     def show(self, picture: Picture) -> None:

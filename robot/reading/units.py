@@ -1,0 +1,121 @@
+"""Radians or degrees, and what a hand's opening is measured in: said, certain, or asked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import InputError
+from .raw import Unclear, Unit
+
+Array = NDArray[np.float64]
+Limits = Mapping[str, tuple[float, float]]
+Hands = Literal["share", "percent", "degrees"]
+
+MAX_ANGLE = 4 * np.pi  # no joint turns twice around
+# Networks leave 0 to 1 far from what they learned (3 sigma: -1 to 2.3); more is rubbish or percent.
+OPENING_RANGE = (-2.0, 3.0)
+CERTAIN = 2.0  # times a joint's limits: an angle beyond is none of it, but may be one in degrees
+LITTLE = 0.6  # radians; joints that move so little are not in degrees
+MAX_TURNS = 10  # times MAX_ANGLE that a joint may go where somebody says that it is radians
+SLACK = 0.15  # radians beyond the limits that a recording in degrees may reach
+FULL = np.degrees(1.0)  # degrees of a hand that is open, where its opening is called one radian
+_WORDS: dict[Hands, str] = {"share": "from 0 to 1", "percent": "per cent", "degrees": "degrees"}
+
+
+def angle_unit(
+    positions: Array, joints: Sequence[str], limits: Limits, openings: Collection[str], source: str
+) -> tuple[Unit, str]:
+    """The unit of the angles (T, J), and how that is known.
+
+    Raises:
+        Unclear: it can be either.
+        InputError: it can be neither.
+    """
+    columns = [i for i, joint in enumerate(joints) if joint not in openings]
+    excess = {i: _excess(positions[:, i], limits.get(joints[i])) for i in columns}
+    worst = max(excess, key=excess.__getitem__, default=-1)
+    if worst < 0 or excess[worst] <= CERTAIN:
+        return "radians", "assumed"
+    largest = positions[np.abs(positions[:, worst]).argmax(), worst]
+    what = f"{source}, {joints[worst]}: {largest:g} is no plausible angle in radians"
+    others = [float(np.abs(positions[:, i]).max()) for i in columns if i != worst]
+    if others and np.median(others) < LITTLE:
+        raise InputError(
+            f"{what}, and the other joints are; is it another quantity, or an opening in per cent?"
+        )
+    if not all(_fits_degrees(positions[:, i], limits.get(joints[i])) for i in columns):
+        raise InputError(
+            f"{what}, and the file is not in degrees either; does an encoder count several turns, or "
+            "is a column no joint?"
+        )
+    if all(joints[i] in limits for i in columns):
+        return "degrees", f"{largest:g} can be no angle of {joints[worst]} in radians"
+    raise Unclear(
+        f"{what}; is the file in degrees, or does an encoder count several turns?",
+        "unit",
+        get_args(Unit),
+    )
+
+
+def check_said(
+    positions: Array, joints: Sequence[str], openings: Collection[str], source: str
+) -> None:
+    """Angles (T, J), in radians as somebody said.
+
+    Raises:
+        InputError: they can be none.
+    """
+    for i, joint in enumerate(joints):
+        values = positions[:, i]
+        largest = float(values[np.abs(values).argmax()])
+        if joint not in openings and abs(largest) > MAX_TURNS * MAX_ANGLE:
+            raise InputError(f"{source}, {joint}: {largest:g} radians are no plausible angle")
+
+
+def _excess(values: Array, limit: tuple[float, float] | None) -> float:
+    """How many times farther than a joint can go, in radians."""
+    reach = np.pi if limit is None else max(abs(limit[0]), abs(limit[1]), 0.1)
+    return float(np.abs(values).max() / reach)
+
+
+def _fits_degrees(values: Array, limit: tuple[float, float] | None) -> bool:
+    low, high = (-MAX_ANGLE, MAX_ANGLE) if limit is None else limit
+    radians = np.radians(values)
+    return bool(radians.min() >= low - SLACK and radians.max() <= high + SLACK)
+
+
+def hands_unit(values: Array, joint: str, source: str) -> Hands:
+    """What an opening is measured in, from its values (T,).
+
+    Raises:
+        Unclear: it can be per cent or degrees.
+        InputError: it is no opening.
+    """
+    low, high = float(values.min()), float(values.max())
+    if OPENING_RANGE[0] <= low and high <= OPENING_RANGE[1]:
+        return "share"
+    if low >= 0 and FULL < high <= 100:
+        return "percent"
+    if low >= 0 and high <= FULL:
+        raise Unclear(
+            f"{source}, {joint}: openings up to {high:g}; are they per cent, or degrees?",
+            "hands",
+            ("percent", "degrees"),
+        )
+    value = high if high > OPENING_RANGE[1] else low
+    raise InputError(
+        f"{source}, {joint}: {value:g} is no plausible opening (from 0 to 1, or to 100 in per cent)"
+    )
+
+
+def to_share(values: Array, hands: Hands) -> Array:
+    shares: Array = values / {"share": 1.0, "percent": 100.0, "degrees": FULL}[hands]
+    return shares
+
+
+def hands_words(hands: Hands) -> str:
+    return _WORDS[hands]
