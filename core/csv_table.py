@@ -165,7 +165,11 @@ def _without_comments(text: str, names: Sequence[str]) -> str:
     if "#" not in text:
         return text
     lines = text.split("\n")
-    comments = [i for i, line in enumerate(lines) if line.lstrip().startswith("#")]
+    comments = [
+        i
+        for i, line in enumerate(lines)
+        if line.lstrip().startswith("#") and not _holds(line, names)
+    ]
     first = next((i for i, line in enumerate(lines) if line.strip() and i not in comments), None)
     before = [i for i in comments if first is not None and i < first]
     header = before[-1] if before and first is not None else None
@@ -177,6 +181,14 @@ def _without_comments(text: str, names: Sequence[str]) -> str:
     for i in comments:
         lines[i] = ""
     return "\n".join(lines)
+
+
+def _holds(line: str, names: Sequence[str]) -> bool:
+    """Whether all names are cells of a line as it stands, be they as odd as a comment's sign."""
+    return bool(names) and any(
+        set(names) <= {cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])}
+        for delimiter in "\t;,"
+    )
 
 
 def _is_header(line: str, data: str, names: Sequence[str]) -> bool:

@@ -18,11 +18,12 @@ from ..core.data import LABEL_FILES, MIRROR_SUFFIX, Dataset, labels_beside
 from ..core.errors import InputError
 from ..core.motion import MAX_CSV_BYTES, Motion, MotionLabel
 from .pepper import PEPPER_JOINTS, mirror
-from .reading import SUFFIXES, Reading, Said, joints_in, read_motions
+from .reading import SUFFIXES, NoJoints, Reading, Said, joints_in, read_motions
 
 REBL_PEPPER_FPS = 25.0
 MAX_DATA_BYTES = 100_000_000
 MOST_FILES = 10_000
+TABLES = (".csv", ".tsv")  # of these it is a fault where one is no motion
 
 
 def load_dataset(
@@ -84,15 +85,17 @@ def _load_folder(path: Path, joints: tuple[str, ...] | None, said: Said) -> Data
     files = motion_files(path)
     contents = {file: read_csv_bytes(file, MAX_CSV_BYTES) for file in files}
     remarks: list[str] = []
-    if joints is None:
-        joints, strangers = _joints(contents)
-        for file, why in strangers.items():
-            remarks.append(f"{file.relative_to(path)} is left out: {why}")
-            del contents[file]
-    readings = {
-        file: read_motions(content, file.name, joints, said=said)
-        for file, content in contents.items()
-    }
+    joints = joints or _joints(contents)
+    readings: dict[Path, Reading] = {}
+    for file, content in contents.items():
+        try:
+            readings[file] = read_motions(content, file.name, joints, said=said)
+        except InputError as error:
+            if file.suffix.lower() in TABLES and not isinstance(error, NoJoints):
+                raise
+            remarks.append(f"{file.relative_to(path)}: left out, {error}")
+    if not readings:
+        raise InputError(f"no file in {path} has a joint {' or '.join(joints)}")
     fps = said.fps or _common_rate(readings.values())
     for file, reading in readings.items():
         if abs(reading.fps / fps - 1) > 1e-4:
@@ -118,36 +121,28 @@ def _load_folder(path: Path, joints: tuple[str, ...] | None, said: Said) -> Data
     return Dataset(tuple(motions), labels, remarks=_merged(remarks))
 
 
-def _joints(contents: dict[Path, bytes]) -> tuple[tuple[str, ...], dict[Path, str]]:
-    """The joints that a folder's motions have, and which files have none of them, with the reason.
+def _joints(contents: dict[Path, bytes]) -> tuple[str, ...]:
+    """The joints that a folder's motions have.
 
     Raises:
-        InputError: no file names any.
+        InputError: no file names any, or a table names none.
     """
-    named: dict[Path, tuple[str, ...]] = {}
-    faults: dict[Path, InputError] = {}
+    named: list[tuple[str, ...]] = []
     for file, content in contents.items():
         try:
-            named[file] = joints_in(content, file.name)
-        except InputError as error:
-            faults[file] = error
-    if not named:
-        raise next(iter(faults.values()))
-    counted = Counter(joint for joints in named.values() for joint in joints)
-    # Of all files the one whose joints most others have, too; of equals the first.
-    shared = {file: sum(map(counted.__getitem__, own)) / len(own) for file, own in named.items()}
-    first = named[max(named, key=shared.__getitem__)]
-    joints = PEPPER_JOINTS if set(PEPPER_JOINTS) <= set(first) else first
-    strangers = {
-        file: "it has none of the joints of the others"
-        for file, own in named.items()
-        if not set(own) & set(joints)
-    }
-    for file, fault in faults.items():
-        if len(named) > len(strangers):
-            raise fault
-        strangers[file] = str(fault)
-    return joints, strangers
+            named.append(joints_in(content, file.name))
+        except InputError:
+            if file.suffix.lower() in TABLES or len(contents) == 1:
+                raise
+    joints = _named_by_most(named)
+    return PEPPER_JOINTS if set(PEPPER_JOINTS) <= set(joints) else joints
+
+
+def _named_by_most(named: list[tuple[str, ...]]) -> tuple[str, ...]:
+    """The joints of the first file that shares any with another; where none does, the most."""
+    counted = Counter(joint for joints in named for joint in joints)
+    shared = (joints for joints in named if any(counted[joint] > 1 for joint in joints))
+    return next(shared, max(named, key=len, default=()))
 
 
 def _common_rate(readings: Iterable[Reading]) -> float:
@@ -173,9 +168,7 @@ def _merged(remarks: list[str]) -> tuple[str, ...]:
 # --- REBL-Pepper ---
 def _load_rebl_pepper(path: Path) -> Dataset:
     content = read_csv_bytes(path, MAX_DATA_BYTES)
-    reading = read_motions(
-        content, path.name, PEPPER_JOINTS, said=Said(REBL_PEPPER_FPS, "radians"), by="id"
-    )
+    reading = read_motions(content, path.name, PEPPER_JOINTS, said=Said(REBL_PEPPER_FPS), by="id")
     motions = list(reading.motions)
     names = {motion.name for motion in motions}
     # The published data_augmented.csv has the mirrored motions already.

@@ -73,8 +73,6 @@ def run(flags: Flags, file: FileFlags | None = None) -> None:
     from ...robot.data import load_dataset
 
     dataset = load_dataset(flags.data, said=(file or FileFlags()).said)
-    for line in described(dataset):
-        note(line)
     config, training = _recipe(flags) if flags.resume is None else _resumed(flags.resume, flags)
     resumable = out.with_suffix(".resume.pt")
     if resumable.exists() and not _same_file(resumable, flags.resume):
@@ -88,6 +86,8 @@ def run(flags: Flags, file: FileFlags | None = None) -> None:
     session = _Session(trainer, dataset, resumable)
     if flags.resume is not None:
         session.restore(flags.resume)
+    for line in described(dataset):
+        note(line)
     with _stop_asked() as asked:
         for _ in session.epochs():
             if asked and trainer.epoch < training.epochs:

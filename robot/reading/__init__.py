@@ -1,5 +1,6 @@
 """Motions from files as people have them."""
 
+from .columns import NoJoints
 from .raw import Unclear, Unit
 from .reader import SUFFIXES, Reading, Said, joints_in, read_file, read_motion, read_motions
 from .units import Hands
@@ -7,6 +8,7 @@ from .units import Hands
 __all__ = [
     "SUFFIXES",
     "Hands",
+    "NoJoints",
     "Reading",
     "Said",
     "Unclear",

@@ -115,5 +115,5 @@ def read_webots(content: bytes, source: str) -> Raw:
         raise InputError(f"{source} has no poses")
     return raw_array(
         "Webots motion", source, tuple(name.strip() for name in names), np.array(rows),
-        time=np.array(times), units=("radians",) * len(names),
+        time=np.array(times),
     )  # fmt: skip

@@ -30,6 +30,10 @@ _MOTIONS = {
 }  # fmt: skip
 
 
+class NoJoints(InputError):
+    """A file that has none of the joints that are asked for."""
+
+
 @dataclass(frozen=True)
 class Column:
     """A column's name, taken apart.
@@ -89,12 +93,15 @@ def matched(columns: Sequence[Column], joints: Sequence[str], source: str) -> li
         found += alike
         missing += [] if alike else [joint]
     if missing:
-        raise InputError(f"{source} has no column for {', '.join(missing)}")
+        line = f"{source} has no column for {', '.join(missing)}"
+        raise NoJoints(line) if len(missing) == len(joints) else InputError(line)
     return found
 
 
 def _alike(columns: Sequence[Column], joint: str) -> list[Column]:
     wanted = key(joint)
+    if not wanted:
+        return []
     meant = [column for column in columns if wanted in column.keys and column.kind != "other"]
     whole = [column for column in meant if column.keys[0] == wanted]
     return whole or meant

@@ -46,11 +46,7 @@ def read_json(text: str, source: str) -> Raw:
         raise InputError(f"{source}: {str(fps)[:20]} frames a second is no rate")
     leads = [data.get("lead_in_frames", 0), data.get("lead_out_frames", 0)]
     frames = without_leads(_frames(data["positions"], len(names), source), leads, source)
-    name = data.get("name")
-    return raw_array(
-        "JSON", source, names, frames, fps=rate, units=("radians",) * len(names),
-        motion=name[:255] if isinstance(name, str) else "",
-    )  # fmt: skip
+    return raw_array("JSON", source, names, frames, fps=rate, units=("radians",) * len(names))
 
 
 def _frames(rows: Any, joints: int, source: str) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -37,7 +37,7 @@ class Raw:
     format: in words. source: what to call the file in messages.
     names: of the columns; None where there is no header.
     numbers: a column's (T,) values; an InputError names the row where one is none.
-    texts: a column's (T,) cells.
+    texts: a column's (T,) cells. where: what to call a row in messages: 'walk.csv, row 7'.
     time: (T,) seconds, where the format has them. fps: where the format says it.
     units: of the columns, where the format says them; None for a number without a unit.
     """
@@ -48,12 +48,12 @@ class Raw:
     length: int
     numbers: Callable[[int], Array]
     texts: Callable[[int], list[str]]
+    where: Callable[[int], str]
     width: int
     time: Array | None = None
     fps: float | None = None
     units: tuple[Unit | None, ...] | None = None
     remarks: tuple[str, ...] = ()
-    motion: str = ""  # what the file calls it
 
 
 def raw_array(
@@ -77,6 +77,7 @@ def raw_array(
         length=len(values),
         numbers=lambda column: values[:, column],
         texts=lambda column: [f"{value:g}" for value in values[:, column]],
+        where=lambda row: f"{source}, frame {row + 1}",
         width=len(names),
         **known,  # type: ignore[arg-type]
     )

@@ -2,13 +2,14 @@
 
     bytes -> Raw (by format) -> columns -> motions in it -> clock -> unit -> the model's rate
 
-Whatever a file leaves open is taken from what the caller says, or from its own values where they are
-certain; else it is asked (`Unclear`), never guessed. What was not exact is a remark.
+Whatever a file leaves open is taken from what the caller says, or from its own values where they
+are certain; else it is asked (`Unclear`), never guessed. What was not exact is a remark.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -33,6 +34,7 @@ from .units import Hands, Limits, angle_unit, check_said, hands_unit, hands_word
 
 Array = NDArray[np.float64]
 SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".py", ".qianim", ".motion", ".yaml")
+_SCRIPTS = (b"\nNAMES = [", b"names.append(", b"names = list()")  # what else would write that?
 MAX_SCRIPT_BYTES = 4_000_000  # the longest motion of Pepper's joints takes 1.2 MB
 MOST_ROWS = 20 * MAX_FRAMES  # of a faster recording, or of several motions
 DEFAULT_FPS = 25.0  # of key frames, and of files that do not say
@@ -113,6 +115,8 @@ def read_motions(
     openings = pepper_openings() if openings is None else openings
     raw = _raw(content, name, joints or (), said.fps or fps or DEFAULT_FPS, by is not None)
     chosen, groups, columns = _understood(raw, joints, by)
+    if not raw.length:
+        raise InputError(f"{raw.source} has a header and no frames")
     used = {column.index for _, column in chosen}
     free = [column for column in columns if column.index not in used]
     names = tuple(joint for joint, _ in chosen)
@@ -121,12 +125,12 @@ def read_motions(
     unit, unit_source, hands, values = _in_radians(raw, chosen, values, said, limits, openings)
 
     motions, clocks = [], []
-    stem = raw.motion or _stem(name)
+    stem = _stem(name)
     for motion_name, rows in groups:
         clock = clock_of(rows)
         clocks.append(clock)
         positions = resampled(values[rows], clock, fps or clock.fps)
-        check_length(len(positions), raw.source if len(groups) == 1 else f"motion {motion_name}")
+        check_length(len(positions), f"motion {motion_name}" if motion_name else raw.source)
         motions.append(
             Motion(motion_name or stem, names, positions.astype(np.float32), fps or clock.fps)
         )
@@ -201,14 +205,16 @@ def _raw(content: bytes, name: str, joints: tuple[str, ...], fps: float, many: b
     start = content.lstrip(b"\xef\xbb\xbf \t\r\n")
     if content.startswith(WEBOTS.encode()):
         return read_webots(content, name)
-    if suffix in (".json", ".py", ".qianim") or start[:1] in (b"{", b"<"):
+    script = suffix == ".py" or any(mark in content[:4000] for mark in _SCRIPTS)
+    animation = suffix == ".qianim" or start.startswith((b"<?xml", b"<Animation"))
+    if script or animation or suffix == ".json" or re.match(rb'\{\s*"', start):
         if len(content) > MAX_SCRIPT_BYTES:
             limit = f"{MAX_SCRIPT_BYTES / 1e6:g} MB"
             raise InputError(f"{name} is too large; at most {limit} can be read")
         text = _text(content, name)
-        if suffix == ".py":
+        if script:
             return read_script(text, name, fps)
-        if start[:1] == b"<" or suffix == ".qianim":
+        if animation:
             return read_qianim(text, name, fps)
         return read_json(text, name)
     if len(content) > MAX_CSV_BYTES and not many:
@@ -242,8 +248,6 @@ def _table(content: bytes, name: str, joints: tuple[str, ...], many: bool = Fals
         if len(rows) == most:
             raise InputError(f"{name} has more than {most} rows, too many for a motion")
         rows.append(row)
-    if not rows:
-        raise InputError(f"{name} has a header and no frames")
 
     def label(column: int) -> str:
         return cells[column] if header else joints[column] if joints else str(column + 1)
@@ -260,6 +264,7 @@ def _table(content: bytes, name: str, joints: tuple[str, ...], many: bool = Fals
         length=len(rows),
         numbers=numbers,
         texts=lambda column: [row.cells[column] for row in rows],
+        where=lambda row: rows[row].where,
         width=len(cells),
         remarks=remarks,
     )
@@ -294,6 +299,7 @@ def _understood(
         columns = [Column(i, joint, (), "", None) for i, joint in enumerate(joints)]
         return list(zip(joints, columns, strict=True)), [("", everything)], columns
     columns = columns_of(raw.names)
+    groups = [] if by is None else _named_groups(raw, columns, by)
     if joints is not None:
         found = matched(columns, joints, raw.source)
         chosen = list(zip(joints, found, strict=True))
@@ -303,7 +309,7 @@ def _understood(
             raise InputError(f"{raw.source} names no joints in its header")
     used = {column.index for _, column in chosen}
     free = [column for column in columns if column.index not in used]
-    groups = _groups(raw, free) if by is None else _named_groups(raw, columns, by)
+    groups = groups or _groups(raw, free)
     return chosen, groups or [("", everything)], columns
 
 
@@ -370,8 +376,8 @@ def _named_groups(raw: Raw, columns: list[Column], by: str) -> _Groups:
     column = next((one for one in columns if one.name == by), None)
     if column is None:
         raise InputError(
-            f"{raw.source} is not REBL-Pepper's data_raw.csv, it has no column {by}; motions of one "
-            "CSV file each go into a folder"
+            f"{raw.source} is not REBL-Pepper's data_raw.csv, it has no column {by}; motions of "
+            "one CSV file each go into a folder"
         )
     rows: dict[str, list[int]] = {}
     for i, cell in enumerate(raw.texts(column.index)):
@@ -430,20 +436,22 @@ def _in_radians(
             i for i, (_, column) in enumerate(chosen) if raw.units[column.index] == "degrees"
         ]
         unit = "degrees" if degrees else "radians"
+        if said.unit not in (None, unit):
+            raise InputError(f"{raw.source} is in {unit}, as {raw.format} files are")
     else:
         if said.unit is not None:
             unit, source = said.unit, "said"
         elif len(named) == 1:
             unit, source = named.pop() or "radians", "header"
         else:
-            unit, source = angle_unit(values, joints, limits, openings, raw.source)
+            unit, source = angle_unit(values, joints, limits, openings, raw.where)
         degrees = angles if unit == "degrees" else []
     values[:, degrees] = np.radians(values[:, degrees])
-    check_said(values, joints, openings, raw.source)
+    check_said(values, joints, openings, raw.where)
     hands: Hands = "share"
     for i, joint in enumerate(joints):
         if joint in openings and i not in degrees:
-            found = said.hands or hands_unit(values[:, i], joint, raw.source)
+            found = said.hands or hands_unit(values[:, i], joint, raw.where)
             values[:, i] = to_share(values[:, i], found)
             hands = found if found != "share" else hands
     return unit, source, hands, values

@@ -138,9 +138,7 @@ def _rows(
 
 
 def _joint_states(source: str, names: tuple[str, ...], values: Array, times: Array | None) -> Raw:
-    return raw_array(
-        "ROS joint states", source, names, values, time=times, units=("radians",) * len(names)
-    )
+    return raw_array("ROS joint states", source, names, values, time=times)
 
 
 def _stamp(message: dict[str, Any], where: str) -> float:

@@ -1,4 +1,4 @@
-"""Python scripts for NAOqi: those that this project exports, and Choregraphe's. None is ever run."""
+"""Python scripts for NAOqi: what this project exports, and Choregraphe's. None is ever run."""
 
 from __future__ import annotations
 
@@ -53,25 +53,17 @@ def script_frames(text: str, source: str) -> tuple[str, tuple[str, ...], Array, 
         raise InputError(f"{source} is no exported NAOqi script")
     names, angles = _texts(held["NAMES"], source), _table(held["ANGLES"], source)
     times, fps = _table(held["TIMES"], source), _number(held["FPS"], source)
-    if len(angles) != len(names) or times.shape != angles.shape:
+    if len(angles) != len(names) or times.shape[1] != angles.shape[1]:
         raise InputError(f"{source}: its names, times and angles do not go together")
     title = _TITLE.search(text)
     return title[1] if title else "", names, angles.T, times[0], fps
 
 
 def _exported(held: dict[str, Any], text: str, source: str) -> Raw:
-    title, names, angles, _, fps = script_frames(text, source)
-    leads = held.get("LEADS", [0.0, 0.0])
-    angles = without_leads(angles, leads, source)
-    return raw_array(
-        "NAOqi script",
-        source,
-        names,
-        angles,
-        fps=fps,
-        units=("radians",) * len(names),
-        motion=title,
-    )
+    _, names, angles, _, fps = script_frames(text, source)
+    angles = without_leads(angles, held.get("LEADS", [0.0, 0.0]), source)
+    units = ("radians",) * len(names)
+    return raw_array("NAOqi script", source, names, angles, fps=fps, units=units)
 
 
 def without_leads(frames: Array, leads: Any, source: str) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...core.errors import InputError
 from .raw import Unclear, Unit
 
 Array = NDArray[np.float64]
+Where = Callable[[int], str]  # what to call a row in messages
 Limits = Mapping[str, tuple[float, float]]
 Hands = Literal["share", "percent", "degrees"]
 
@@ -27,7 +28,7 @@ _WORDS: dict[Hands, str] = {"share": "from 0 to 1", "percent": "per cent", "degr
 
 
 def angle_unit(
-    positions: Array, joints: Sequence[str], limits: Limits, openings: Collection[str], source: str
+    positions: Array, joints: Sequence[str], limits: Limits, openings: Collection[str], where: Where
 ) -> tuple[Unit, str]:
     """The unit of the angles (T, J), and how that is known.
 
@@ -40,8 +41,9 @@ def angle_unit(
     worst = max(excess, key=excess.__getitem__, default=-1)
     if worst < 0 or excess[worst] <= CERTAIN:
         return "radians", "assumed"
-    largest = positions[np.abs(positions[:, worst]).argmax(), worst]
-    what = f"{source}, {joints[worst]}: {largest:g} is no plausible angle in radians"
+    row = int(np.abs(positions[:, worst]).argmax())
+    largest = positions[row, worst]
+    what = f"{where(row)}, column {joints[worst]}: {largest:g} is no plausible angle in radians"
     others = [float(np.abs(positions[:, i]).max()) for i in columns if i != worst]
     if others and np.median(others) < LITTLE:
         raise InputError(
@@ -49,8 +51,8 @@ def angle_unit(
         )
     if not all(_fits_degrees(positions[:, i], limits.get(joints[i])) for i in columns):
         raise InputError(
-            f"{what}, and the file is not in degrees either; does an encoder count several turns, or "
-            "is a column no joint?"
+            f"{what}, and the file is not in degrees either; does an encoder count several turns, "
+            "or is a column no joint?"
         )
     if all(joints[i] in limits for i in columns):
         return "degrees", f"{largest:g} can be no angle of {joints[worst]} in radians"
@@ -62,7 +64,7 @@ def angle_unit(
 
 
 def check_said(
-    positions: Array, joints: Sequence[str], openings: Collection[str], source: str
+    positions: Array, joints: Sequence[str], openings: Collection[str], where: Where
 ) -> None:
     """Angles (T, J), in radians as somebody said.
 
@@ -70,10 +72,12 @@ def check_said(
         InputError: they can be none.
     """
     for i, joint in enumerate(joints):
-        values = positions[:, i]
-        largest = float(values[np.abs(values).argmax()])
+        row = int(np.abs(positions[:, i]).argmax())
+        largest = positions[row, i]
         if joint not in openings and abs(largest) > MAX_TURNS * MAX_ANGLE:
-            raise InputError(f"{source}, {joint}: {largest:g} radians are no plausible angle")
+            raise InputError(
+                f"{where(row)}, column {joint}: {largest:g} is no plausible angle in radians"
+            )
 
 
 def _excess(values: Array, limit: tuple[float, float] | None) -> float:
@@ -88,27 +92,29 @@ def _fits_degrees(values: Array, limit: tuple[float, float] | None) -> bool:
     return bool(radians.min() >= low - SLACK and radians.max() <= high + SLACK)
 
 
-def hands_unit(values: Array, joint: str, source: str) -> Hands:
+def hands_unit(values: Array, joint: str, where: Where) -> Hands:
     """What an opening is measured in, from its values (T,).
 
     Raises:
         Unclear: it can be per cent or degrees.
         InputError: it is no opening.
     """
-    low, high = float(values.min()), float(values.max())
+    low, high, row = float(values.min()), float(values.max()), int(values.argmax())
     if OPENING_RANGE[0] <= low and high <= OPENING_RANGE[1]:
         return "share"
     if low >= 0 and FULL < high <= 100:
         return "percent"
     if low >= 0 and high <= FULL:
         raise Unclear(
-            f"{source}, {joint}: openings up to {high:g}; are they per cent, or degrees?",
+            f"{where(row)}, column {joint}: an opening of {high:g}; is it per cent, or degrees?",
             "hands",
             ("percent", "degrees"),
         )
-    value = high if high > OPENING_RANGE[1] else low
+    if high <= OPENING_RANGE[1]:
+        row = int(values.argmin())
     raise InputError(
-        f"{source}, {joint}: {value:g} is no plausible opening (from 0 to 1, or to 100 in per cent)"
+        f"{where(row)}, column {joint}: {values[row]:g} is no plausible opening (from 0 to 1, or "
+        "to 100 in per cent)"
     )
 
 

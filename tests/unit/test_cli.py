@@ -14,7 +14,8 @@ import torch
 
 from rnnpb_explorer.app.commands.answer import answer, make_app
 from rnnpb_explorer.app.commands.main import COMMANDS
-from rnnpb_explorer.core import InputError, read_motion, save_checkpoint
+from rnnpb_explorer.core import InputError, save_checkpoint
+from rnnpb_explorer.robot.reading import read_motion
 
 from .cli_harness import Rnnpb
 
@@ -40,7 +41,7 @@ def test_help_lists_every_command(rnnpb: Rnnpb) -> None:
         (["fly"], "invalid choice: 'fly'"),
         (["info"], "the following arguments are required: --ckpt"),
         (["generate", "--mu", "0"], "the following arguments are required: --ckpt, --out"),
-        (["recognize", "--out", "R.npz"], "the following arguments are required: MOTION, --ckpt"),
+        (["recognize", "--out", "R.npz"], "the following arguments are required: PATH, --ckpt"),
         (["recognize", "x.csv"], "the following arguments are required: --ckpt, --out"),
         (["info", "--ckpt"], "argument --ckpt: expected one argument"),
         (["info", "--ckpt", "tiny.pt", "--jso"], "unrecognized arguments: --jso"),

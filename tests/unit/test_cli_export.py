@@ -10,9 +10,8 @@ import pytest
 
 from rnnpb_explorer.app.commands.main import main
 from rnnpb_explorer.core.model import RNNPB
-from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.robot.description import load_robot
-from rnnpb_explorer.robot.importing import parse_json, parse_naoqi
+from rnnpb_explorer.robot.reading import read_motion, read_motions
 from rnnpb_explorer.robot.safety import check_motion
 
 FAR = ("--mu", "3,-3,3,3")  # where the strong model's motions break limits of the robot
@@ -45,8 +44,7 @@ def test_every_format_brings_the_motion_back(
     out, plain = tmp_path / "motion.out", tmp_path / "motion.csv"
     assert export(out, "--motion", "Happy_4", "--format", file_format) == 0
     assert export(plain, "--motion", "Happy_4") == 0
-    parse = parse_json if file_format == "json" else parse_naoqi
-    back = parse(out.read_text(encoding="utf-8"), out.name)
+    (back,) = read_motions(out.read_bytes(), out.name).motions
     columns = [back.joints.index(joint) for joint in strong.info.joints]
     expected = read_motion(plain, strong.info.joints).positions
     np.testing.assert_allclose(back.positions[:, columns], expected, atol=2e-6)
@@ -75,7 +73,7 @@ def test_an_export_is_recognised(
         best = path["loss"][:, -1].argmin()
         np.testing.assert_allclose(path["mu"][best, -1], mu, atol=0.01)
     assert main([*recognise, "--unit", "degrees", "--out", str(result)]) == 2
-    assert "is an export and in radians" in capsys.readouterr().err
+    assert "is in radians, as" in capsys.readouterr().err
 
 
 def test_what_is_no_export_is_refused_in_one_line(

@@ -41,7 +41,7 @@ from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.core.recognition import recognition_pieces, recognize
 from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionStep
 from rnnpb_explorer.robot.description import load_robot
-from rnnpb_explorer.robot.importing import import_motion
+from rnnpb_explorer.robot.reading import read_motions
 from rnnpb_explorer.robot.safety import check_motion
 
 with TemporaryDirectory() as folder:
@@ -558,9 +558,7 @@ def test_an_export_is_within_the_limits_unless_one_insists(tiny_model: RNNPB, be
     (result,) = Desk(tiny_model).results(ExportWork(WILD, "wave ../../tiny", options), EXPORT)
     assert isinstance(result, ExportedFile)
     assert result.file_name == "wave_.._.._tiny.json"
-    motion = import_motion(
-        result.content.encode(), ".json", ("a", "b", "c"), name="", source="x", fps=20.0
-    )
+    motion = read_motions(result.content.encode(), "x.json", ("a", "b", "c"), fps=20.0).motion()
     assert (check_motion(motion, ARM).light == "green") != beyond
     assert ("beyond the limits" in result.summary) == beyond
     assert ("limited: " in result.summary) != beyond

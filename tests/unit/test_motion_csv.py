@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -10,22 +11,31 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from rnnpb_explorer.core import InputError, Motion, parse_motion, read_motion, write_motion
+from rnnpb_explorer.core import InputError, Motion, write_motion
 from rnnpb_explorer.core.motion import MAX_CSV_BYTES, MAX_FRAMES, format_motion
+from rnnpb_explorer.robot.reading import Said, Unit, read_motion, read_motions
 
 JOINTS = ("HeadPitch", "HeadYaw", "LHand")
 PLAIN = "HeadPitch,HeadYaw,LHand\n0.1,0.2,0.3\n-1,2e-1,.5\n"
+RADIANS = Said(unit="radians")
 VALUES = np.array([[0.1, 0.2, 0.3], [-1.0, 0.2, 0.5]], dtype=np.float32)
 
 
-def parse(text: str | bytes, **options: object) -> Motion:
+def parse(
+    text: str | bytes,
+    said: Said | None = None,
+    openings: Collection[str] = (),
+    joints: tuple[str, ...] = JOINTS,
+) -> Motion:
     content = text.encode() if isinstance(text, str) else text
-    return parse_motion(content, JOINTS, name="walk", source="walk.csv", **options)  # type: ignore[arg-type]
+    return read_motions(
+        content, "walk.csv", joints, said=said, fps=25.0, limits={}, openings=openings
+    ).motion()
 
 
-def message(text: str | bytes, **options: object) -> str:
+def message(text: str | bytes, said: Said | None = None, openings: Collection[str] = ()) -> str:
     with pytest.raises(InputError) as caught:
-        parse(text, **options)
+        parse(text, said, openings)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -65,7 +75,7 @@ def test_reads(text: str, bom: str, newline: str) -> None:
         ("HeadPitch,HeadYaw,LHand,HeadYaw\n1,2,0,1\n1,2,0,1\n", "more than one column for HeadYaw"),
         ("1,2\n1,2\n", "no header and 2 columns; without a header there must be exactly 3"),
         ("1,2,3,4\n1,2,3,4\n", "no header and 4 columns"),
-        ("HeadPitch,HeadYaw,LHand\n", "0 frames"),
+        ("HeadPitch,HeadYaw,LHand\n", "a header and no frames"),
         ("HeadPitch,HeadYaw,LHand\n1,2,0\n", "1 frame; a motion has from 2 to"),
         ("1,2,3\n", "1 frame;"),
         (PLAIN + "1,2\n", "row 4: 2 columns, expected 3"),
@@ -95,32 +105,34 @@ def test_refuses(text: str, words: str) -> None:
     assert said.startswith("walk.csv")
 
 
-def test_refuses_other_encodings() -> None:
-    assert "no UTF-8 text" in message(PLAIN.encode("utf-16"))
+def test_refuses_what_is_no_text() -> None:
+    assert "no text" in message(bytes(range(256)))
 
 
 def test_degrees_only_when_asked_for_and_never_for_openings() -> None:
     text = "HeadPitch,HeadYaw,LHand\n90,-45,0.5\n0,10,1\n"
-    assert "is the file in degrees?" in message(text)
-    motion = parse(text, unit="degrees", openings={"LHand"})
+    assert "is the file in degrees" in message(text)
+    motion = parse(text, Said(unit="degrees"), openings={"LHand"})
     expected = [[np.pi / 2, -np.pi / 4, 0.5], [0.0, np.pi / 18, 1.0]]
     np.testing.assert_allclose(motion.positions, expected, rtol=1e-6)
-    assert "721 is no plausible angle in degrees" in message(text + "721,0,0\n", unit="degrees")
+    far = message(text + "7300,0,0\n", Said(unit="degrees"))
+    assert "row 4, column HeadPitch: 127.409 is no plausible angle in radians" in far
 
 
 @pytest.mark.parametrize("unit", ["radians", "degrees"])
-@pytest.mark.parametrize("value", [500, 7, -7, 3.5])
-def test_an_opening_is_bounded_in_any_unit(unit: str, value: float) -> None:
+@pytest.mark.parametrize("value", [500, -7, -2.5])
+def test_an_opening_is_bounded_in_any_unit(unit: Unit, value: float) -> None:
     text = f"HeadPitch,HeadYaw,LHand\n0.1,0.2,1.2\n0.1,0.2,{value}\n"
-    said = message(text, unit=unit, openings={"LHand"})
+    said = message(text, Said(unit=unit), openings={"LHand"})
     assert said == (
-        f"walk.csv, row 3, column LHand: {value:g} is no plausible opening (from 0 to 1)"
+        f"walk.csv, row 3, column LHand: {value:g} is no plausible opening (from 0 to 1, or to 100 "
+        "in per cent)"
     )
 
 
 def test_size_limits() -> None:
     assert "too large" in message(b"1,2,3\n" * (MAX_CSV_BYTES // 6 + 1))
-    assert f"more than {MAX_FRAMES} frames" in message("1,2,3\n" * (MAX_FRAMES + 1))
+    assert f"from 2 to {MAX_FRAMES}" in message("1,2,3\n" * (MAX_FRAMES + 1))
     assert len(parse("1,2,3\n" * MAX_FRAMES)) == MAX_FRAMES
 
 
@@ -159,7 +171,7 @@ def motions(draw: st.DrawFn) -> Motion:
 @given(motions())
 @example(Motion("x", (";",), np.zeros((2, 1), dtype=np.float32)))
 def test_round_trip_is_exact(motion: Motion) -> None:
-    back = parse_motion(format_motion(motion).encode(), motion.joints, name="x")
+    back = parse(format_motion(motion).encode(), RADIANS, joints=motion.joints)
     assert back.positions.tobytes() == motion.positions.tobytes()
 
 
@@ -175,7 +187,7 @@ def test_columns_in_any_order_and_dress(
     rows += [[*(f"{row[i]:.9g}" for i in order), "ignored"] for row in motion.positions]
     text = newline.join(delimiter.join(row) for row in rows)
     content = text.encode("utf-8-sig" if bom else "utf-8")
-    back = parse_motion(content, motion.joints, name="x")
+    back = parse(content, RADIANS, joints=motion.joints)
     assert back.positions.tobytes() == motion.positions.tobytes()
 
 

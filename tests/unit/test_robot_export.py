@@ -15,7 +15,7 @@ import pytest
 
 from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.model import RNNPB
-from rnnpb_explorer.core.motion import Motion, parse_motion
+from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_run import RecognitionConfig
 from rnnpb_explorer.robot.description import Robot, load_robot
@@ -25,8 +25,9 @@ from rnnpb_explorer.robot.export import (
     with_safe_posture,
 )
 from rnnpb_explorer.robot.formats import FORMATS, Format
-from rnnpb_explorer.robot.importing import naoqi_frames, parse_json, parse_naoqi
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS, PEPPER_STAND
+from rnnpb_explorer.robot.reading import read_motions
+from rnnpb_explorer.robot.reading.scripts import script_frames
 from rnnpb_explorer.robot.safety import check_motion
 
 
@@ -45,11 +46,8 @@ def wild() -> Motion:
 
 
 def _back(content: str, file_format: Format) -> Motion:
-    if file_format == "json":
-        return parse_json(content, "x.json")
-    if file_format == "naoqi":
-        return parse_naoqi(content, "x.py")
-    return parse_motion(content.encode(), PEPPER_JOINTS, name="x")
+    name = {"json": "Wild_1.json", "naoqi": "Wild_1.py", "csv": "Wild_1.csv"}[file_format]
+    return read_motions(content.encode(), name, PEPPER_JOINTS).motion()
 
 
 @pytest.mark.parametrize("file_format", FORMATS)
@@ -216,9 +214,9 @@ def test_a_naoqi_script_keeps_the_speed_limit_at_any_rate(
     assert times[:4].tolist() == first
     speed = np.abs(np.diff(angles)) / np.diff(times)
     assert 7.33 < speed.max() < 7.33998
-    motion, read = naoqi_frames(script, "x.py")
+    _, _, frames, read, _ = script_frames(script, "x.py")
     np.testing.assert_array_equal(read, times)
-    np.testing.assert_allclose(motion.positions[:, 0], angles, rtol=1e-7)
+    np.testing.assert_allclose(frames[:, 0], angles, rtol=1e-7)
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])

@@ -57,8 +57,8 @@ class RecognisePanel:
             hint="a table of joint angles, an export, an animation; or a state code as a file",
             mime_type=",".join([*SUFFIXES, CODE_SUFFIX, "text/csv", "text/plain"]),
         )
-        self._upload.on_upload(self._uploaded)
         self._add_file(gui)
+        self._upload.on_upload(self._uploaded)
         self._examples = example_files()
         self._example = Bound(
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
@@ -135,17 +135,15 @@ class RecognisePanel:
         """What a person may say of the file: it holds for the last one, and for the next."""
         self._file = gui.add_folder("File", expand_by_default=False)
         with self._file:
-            self._motions = Bound(
-                gui.add_dropdown("Motion in it", [ONLY], visible=False), lambda _: self._again()
+            motions = gui.add_dropdown("Motion in it", [ONLY], visible=False)
+            self._unit = gui.add_dropdown("Angles", list(UNITS))
+            self._hands = gui.add_dropdown("Hands", list(HANDS))
+            self._rate = gui.add_number(
+                "Rate, Hz", 0.0, min=0.0, max=10_000.0, step=0.1, hint="0: as the file says"
             )
-            self._unit = Bound(gui.add_dropdown("Angles", list(UNITS)), lambda _: self._again())
-            self._hands = Bound(gui.add_dropdown("Hands", list(HANDS)), lambda _: self._again())
-            self._rate = Bound(
-                gui.add_number(
-                    "Rate, Hz", 0.0, min=0.0, max=10_000.0, step=0.1, hint="0: as the file says"
-                ),
-                lambda _: self._again(),
-            )
+        self._motions = Bound(motions, lambda _: self._again())
+        for handle in (self._unit, self._hands, self._rate):
+            Bound(handle, lambda _: self._again())
 
     def show_file(self, file: do.ShowFile) -> None:
         """Offer the motions of a file; ask what it leaves open."""
@@ -156,8 +154,7 @@ class RecognisePanel:
 
     # --- what a person does (viser's event loop: only hand on) ---
     def _read(self, upload: Upload, motion: str | None = None) -> None:
-        rate: float = self._rate.handle.value
-        said = Said(rate or None, UNITS[self._unit.handle.value], HANDS[self._hands.handle.value])
+        said = Said(self._rate.value or None, UNITS[self._unit.value], HANDS[self._hands.value])
         self._reader.read(replace(upload, said=said, motion=motion))
 
     def _again(self) -> None:

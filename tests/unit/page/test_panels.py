@@ -22,15 +22,16 @@ from rnnpb_explorer.app.page.panels.explore import PAGE, ExplorePanel
 from rnnpb_explorer.app.page.panels.help import TEXT
 from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
 from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
-from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, read_upload
+from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, Upload, read_upload
 from rnnpb_explorer.app.page.words import target_label, window_label
 from rnnpb_explorer.app.state import intents as do
-from rnnpb_explorer.app.state.facts import Facts, ModelFacts
+from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
 from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.motion import format_motion
-from rnnpb_explorer.robot.importing import SUFFIXES
+from rnnpb_explorer.robot.description import Robot, load_robot
 from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
+from rnnpb_explorer.robot.reading import SUFFIXES
 
 from ..app_states import (
     FACTS,
@@ -45,6 +46,7 @@ from ..app_states import (
 )
 from .pictures import Clock, after, answered, broke_off, came_to, open_screen
 
+ROBOT = load_robot("pepper")
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 LARGEST = (make_facts(128, "vast"),)
 DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
@@ -328,7 +330,7 @@ def after_a_run(trials: int = 2) -> Picture:
 
 
 def test_without_a_target_nothing_can_be_started(gui: viser.GuiApi) -> None:
-    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel = RecognisePanel(gui, FACTS, ROBOT, lambda _: None)
     panel.show(open_screen())
     assert labelled(gui, "Start").disabled
     panel.show(before_a_run())
@@ -337,7 +339,7 @@ def test_without_a_target_nothing_can_be_started(gui: viser.GuiApi) -> None:
 
 
 def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.GuiApi) -> None:
-    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel = RecognisePanel(gui, FACTS, ROBOT, lambda _: None)
     panel.show(in_a_run())
     assert not labelled(gui, "Start").visible
     assert labelled(gui, "Cancel").visible
@@ -356,7 +358,7 @@ def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.Gu
 
 def test_after_a_run_its_iterations_can_be_scrubbed(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    panel = RecognisePanel(gui, FACTS, sent.append)
+    panel = RecognisePanel(gui, FACTS, ROBOT, sent.append)
     picture = after_a_run()
     panel.show(picture)
     iteration, trial = labelled(gui, "Iteration"), labelled(gui, "Trial")
@@ -375,7 +377,7 @@ def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.
     path = np.linspace(0, 1, 5 * 2 * 3).reshape(5, 2, 3)
     loss = np.array([[0.9, 0.8], [0.5, 0.1], [0.6, 0.7], [0.4, 0.3]])  # the best: 2 of trial 2
     trace = make_trace(path, loss=loss)
-    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel = RecognisePanel(gui, FACTS, ROBOT, lambda _: None)
     panel.show(after(came_to(started(20, 2), trace), do.CancelRecognition()))
     assert (labelled(gui, "Iteration").value, labelled(gui, "Trial").value) == (4, 1)
     panel.show(came_to(started(4, 2), trace))
@@ -383,13 +385,13 @@ def test_after_a_cancelled_run_the_sliders_say_what_is_on_the_screen(gui: viser.
 
 
 def test_one_trial_needs_no_choice_of_trials(gui: viser.GuiApi) -> None:
-    RecognisePanel(gui, FACTS, lambda _: None).show(after_a_run(trials=1))
+    RecognisePanel(gui, FACTS, ROBOT, lambda _: None).show(after_a_run(trials=1))
     assert not labelled(gui, "Trial").visible
 
 
 def test_the_settings_ask_for_what_they_say(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    panel = RecognisePanel(gui, FACTS, sent.append)
+    panel = RecognisePanel(gui, FACTS, ROBOT, sent.append)
     panel.show(before_a_run())
     hand(labelled(gui, "Observed"), 0.5)
     hand(labelled(gui, "Iterations"), 40)
@@ -415,7 +417,7 @@ def test_the_examples_that_ship_are_targets(
 ) -> None:
     facts = (make_facts(joints=PEPPER_JOINTS),)
     sent: Queue[do.Intent] = Queue()
-    panel = RecognisePanel(gui, facts, sent.put)
+    panel = RecognisePanel(gui, facts, ROBOT, sent.put)
     panel.show(open_screen(facts))
     names = list(example_files())
     if not names:
@@ -425,6 +427,7 @@ def test_the_examples_that_ship_are_targets(
         intent = sent.get(timeout=TIMEOUT)
         assert isinstance(intent, do.SetTarget)
         assert intent.target.name == name
+        assert isinstance(sent.get(timeout=TIMEOUT), do.ShowFile)
         told = sent.get(timeout=TIMEOUT)
         assert isinstance(told, do.Say)
         assert told.good
@@ -437,14 +440,14 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
 ) -> None:
     begun, chosen = threading.Event(), threading.Event()
 
-    def read(name: str, content: bytes, facts: ModelFacts) -> tuple[do.Intent, ...]:
+    def read(upload: uploads.Upload, content: bytes, robot: Robot) -> tuple[do.Intent, ...]:
         begun.set()
         assert chosen.wait(TIMEOUT)
-        return (do.Say(name),)
+        return (do.Say(upload.name),)
 
     monkeypatch.setattr(uploads, "read_upload", read)
     sent: Queue[do.Intent] = Queue()
-    panel = RecognisePanel(gui, FACTS, sent.put)
+    panel = RecognisePanel(gui, FACTS, ROBOT, sent.put)
     upload = panel._upload
     hand(upload, viser.UploadedFile("large.csv", b"..."))
     assert begun.wait(TIMEOUT)
@@ -459,7 +462,7 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
 def test_a_state_code_can_be_chosen_among_the_files(gui: viser.GuiApi) -> None:
     """One that is too long for a line is saved as one."""
     sent: Queue[do.Intent] = Queue()
-    panel = RecognisePanel(gui, FACTS, sent.put)
+    panel = RecognisePanel(gui, FACTS, ROBOT, sent.put)
     assert CODE_SUFFIX in panel._upload._impl.props.mime_type.split(",")  # type: ignore[attr-defined]
     code = encode(after(open_screen(), do.SetTarget(make_target())).document)
     hand(panel._upload, viser.UploadedFile(f"screen{CODE_SUFFIX}", code.encode()))
@@ -475,7 +478,7 @@ def test_the_status_says_how_far_the_run_is() -> None:
 
 
 def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
-    panel = RecognisePanel(gui, FACTS, lambda _: None)
+    panel = RecognisePanel(gui, FACTS, ROBOT, lambda _: None)
     picture = after_a_run()
     assert picture.trace is not None
     picture.trace.prediction_error[:] = math.nan
@@ -496,11 +499,12 @@ def test_names_from_anywhere_stay_text(
     names = (name, "bow", "rest", "nod")
     facts = (make_facts(name=name, names=names, joints=joints, data=data),)
     panels: list[Any] = [
-        RecognisePanel(gui, facts, lambda _: None),
+        RecognisePanel(gui, facts, ROBOT, lambda _: None),
         ExplorePanel(gui, facts, lambda _: None),
         ViewPanel(gui, lambda _: None),
     ]
-    upload, _ = read_upload(f"{name}.csv", format_motion(named).encode(), facts[0])
+    content = format_motion(named).encode()
+    upload, *_ = read_upload(Upload(f"{name}.csv", lambda: content, facts[0]), content, ROBOT)
     assert isinstance(upload, do.SetTarget)
     uploaded = after(open_screen(facts), upload)
     running = after(uploaded, do.StartRecognition())
@@ -542,7 +546,7 @@ def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
     picture, sent = open_screen(), Queue[do.Intent]()
     for panel in (
         ExplorePanel(gui, FACTS, sent.put),
-        RecognisePanel(gui, FACTS, sent.put),
+        RecognisePanel(gui, FACTS, ROBOT, sent.put),
         ViewPanel(gui, sent.put),
     ):
         panel.show(picture)

@@ -32,7 +32,7 @@ from rnnpb_explorer.app.page.robots import (
     robots_shown,
 )
 from rnnpb_explorer.app.page.stage import stage_for
-from rnnpb_explorer.app.page.uploads import read_upload
+from rnnpb_explorer.app.page.uploads import Upload, read_upload
 from rnnpb_explorer.app.page.views import curves_shown
 from rnnpb_explorer.app.page.words import light_words, safety_lines
 from rnnpb_explorer.app.state import intents as do
@@ -323,8 +323,12 @@ def led_csv(value: str = "0.5") -> bytes:
     return "\n".join(f"{row},{led}" for row, led in zip(rows, leds, strict=True)).encode()
 
 
-def test_an_upload_with_led_columns_brings_its_colours() -> None:
-    intent, told = read_upload("blue.csv", led_csv(), FACTS[0])
+def uploaded(name: str, content: bytes, robot: Robot) -> tuple[do.Intent, ...]:
+    return read_upload(Upload(name, lambda: content, FACTS[0]), content, robot)
+
+
+def test_an_upload_with_led_columns_brings_its_colours(arm: Robot) -> None:
+    intent, _, told = uploaded("blue.csv", led_csv(), arm)
     assert isinstance(intent, do.SetTarget)
     assert intent.target.eye_track is not None
     assert intent.target.eye_track.shape == (10, 2, 8, 3)
@@ -333,8 +337,8 @@ def test_an_upload_with_led_columns_brings_its_colours() -> None:
     assert "with eye colours" in told.text
 
 
-def test_bad_colours_leave_a_good_motion() -> None:
-    intent, told = read_upload("blue.csv", led_csv("7"), FACTS[0])
+def test_bad_colours_leave_a_good_motion(arm: Robot) -> None:
+    intent, _, told = uploaded("blue.csv", led_csv("7"), arm)
     assert isinstance(intent, do.SetTarget)
     assert intent.target.eye_track is None
     assert isinstance(told, do.Say)
@@ -346,15 +350,15 @@ def test_bad_colours_leave_a_good_motion() -> None:
 @pytest.mark.parametrize("name", ["wave.json", "WAVE.JSON"])
 def test_an_export_can_be_uploaded(arm: Robot, name: str) -> None:
     content = export_motion(target_motion(), arm, "json", enforce_limits=False).content
-    intent, _ = read_upload(name, content.encode(), FACTS[0])
+    intent, *_ = uploaded(name, content.encode(), arm)
     assert isinstance(intent, do.SetTarget)
     assert intent.target.name in ("wave", "WAVE")
     np.testing.assert_allclose(intent.target.array, target_motion().positions, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["../../x.json", "x.py", ".json", "x.json.csv"])
-def test_a_bad_export_is_refused_in_one_line(name: str) -> None:
-    (told,) = read_upload(name, b"{]\nnope", FACTS[0])
+def test_a_bad_export_is_refused_in_one_line(arm: Robot, name: str) -> None:
+    (told,) = uploaded(name, b"{]\nnope", arm)
     assert isinstance(told, do.Say)
     assert not told.good
     assert "\n" not in told.text
