@@ -122,6 +122,9 @@ def _load(folder: Path, text: str | bytes) -> Robot:
         (WHOLE.replace("<link", '<link name="arm"/><link', 1), "two links arm"),
         (WHOLE.replace('"2"', '"fast"'), 'velocity="fast"> is not a number'),
         (WHOLE.replace("0 0 1", "0 0", 1), 'xyz="0 0"> is not 3 numbers'),
+        (WHOLE.replace("0 0 1", "1e300 0 0", 1), 'xyz="1e300 0 0"> is not 3 numbers'),
+        (WHOLE.replace("0 0 1", "inf 0 0", 1), 'xyz="inf 0 0"> is not 3 numbers'),
+        (WHOLE.replace('upper="1"', 'upper="1e300"'), ""),
         (WHOLE.replace("0 0 1", "0, 0, 1"), ""),
         (WHOLE.replace("0 0 1", "0 0 1d", 1), "read as 0 0 1"),
     ],
@@ -140,6 +143,14 @@ def test_what_other_readers_take_is_taken(text: str | bytes, says: str, tmp_path
         (WHOLE.replace("</joint>", "</link>"), "line 1.*: a tag is closed that is not the open"),
         (WHOLE.replace('"base"', '"${base}"'), "a xacro file; expand it first"),
         (WHOLE.replace("0 0 1", "0 0 ${up}"), "a xacro file; expand it first"),
+        (
+            WHOLE.replace(
+                '"arm"/>',
+                '"arm"><visual><geometry><mesh filename="${a}.stl"/></geometry></visual></link>',
+                1,
+            ),
+            "a xacro file; expand it first",
+        ),
         (WHOLE.replace("<joint", "<xacro:include filename='a'/><joint"), "a xacro file"),
         (WHOLE.replace('"j1"', '""'), "a joint has no name"),
         (WHOLE.replace('<parent link="base"/>', ""), "joint j1 has no <parent"),
@@ -178,7 +189,11 @@ def test_what_is_too_large_is_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(meshes, "MAX_VISUALS", 3)
     robot = _load(tmp_path, WHOLE.replace('"arm"/>', f'"arm">{balls}</link>', 1))
     assert len(robot.shapes) == 3
-    assert robot.warnings == ("too many shapes to be shown; left out from link arm on",)
+    too_many = ("too many shapes to be shown; left out from link arm on",)
+    assert robot.warnings == too_many
+    monkeypatch.setattr(meshes, "MAX_FACES", 1300)  # a ball has 1280
+    robot = load_robot(str(tmp_path / "thing.urdf"))
+    assert (len(robot.shapes), robot.warnings) == (1, too_many)
 
 
 def test_a_chain_of_any_length_is_a_robot(tmp_path: Path) -> None:
