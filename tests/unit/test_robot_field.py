@@ -291,7 +291,12 @@ def test_what_is_there_is_not_covered_by_a_skeleton(tmp_path: Path) -> None:
 def workspace(tmp_path: Path) -> Path:
     """Packages as in a ROS workspace: `robot` with the description, `other_v2`, named `other`."""
     ball = trimesh.creation.icosphere(1)
-    for file in ("robot/meshes/Ball.STL", "other_v2/meshes/ball.stl", "away/share/far/ball.stl"):
+    for file in (
+        "robot/meshes/Ball.STL",
+        "other_v2/meshes/ball.stl",
+        "away/share/far/ball.stl",
+        "other_v2/meshes/Ball.STL",
+    ):
         path = tmp_path / "src" / file
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(ball.export(file_type="stl"))
@@ -314,8 +319,10 @@ def workspace(tmp_path: Path) -> Path:
         ("../meshes/a%20b.stl", "robot/meshes/a b.stl", "%-signs worked out"),
         ("../meshes/a b.stl", "robot/meshes/a b.stl", ""),
         ("package://robot/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
-        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
+        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", "the folder robot"),
+        ("package://no_such/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
         ("package://other/meshes/ball.stl", "other_v2/meshes/ball.stl", "is the folder other_v2"),
+        ("package://other/meshes/Ball.STL", "other_v2/meshes/Ball.STL", "is the folder other_v2"),
         ("package://far/ball.stl", "away/share/far/ball.stl", ""),
         ("model://robot/meshes/Ball.STL", "robot/meshes/Ball.STL", "model://"),
         ("$(find robot)/meshes/Ball.STL", "robot/meshes/Ball.STL", "$(find ...)"),
