@@ -319,7 +319,7 @@ def workspace(tmp_path: Path) -> Path:
         ("../meshes/a%20b.stl", "robot/meshes/a b.stl", "%-signs worked out"),
         ("../meshes/a b.stl", "robot/meshes/a b.stl", ""),
         ("package://robot/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
-        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", "the folder robot"),
+        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", "folder robot"),
         ("package://no_such/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
         ("package://other/meshes/ball.stl", "other_v2/meshes/ball.stl", "is the folder other_v2"),
         ("package://other/meshes/Ball.STL", "other_v2/meshes/Ball.STL", "is the folder other_v2"),
