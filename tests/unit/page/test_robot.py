@@ -223,7 +223,9 @@ def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Rob
     panel.show(picture)
     assert "Limited in the file: a." in panel._note.content
     panel.show(checked(open_screen()))
-    assert "exported as it is" in panel._note.content
+    assert "is within the limits; it is exported as it is" in panel._note.content
+    panel.show(checked(open_screen(), unchecked=("e",)))
+    assert "is beyond no limit known; it is exported as it is" in panel._note.content
     panel.show(after(picture, do.SetExportOption("beyond_limits", True)))
     assert INSISTED in panel._note.content
     assert panel._beyond.handle.value
