@@ -58,9 +58,9 @@ def mesh_warnings(meshes: tuple[MeshFile, ...]) -> list[str]:
 class MeshFinder:
     """Finds the meshes of one description.
 
-    A package is looked for beside and above the description, by its name, by the one in its
-    `package.xml`, or as the folder that holds the rest of the path; then in the folders of
-    ROS_PACKAGE_PATH and AMENT_PREFIX_PATH. Only files that a mesh can be in are ever found.
+    A package is looked for beside and above the description, in the folders of ROS_PACKAGE_PATH and
+    AMENT_PREFIX_PATH, by the name in its `package.xml`, and at last as the folder that holds the
+    rest of the path. Only files that a mesh can be in are ever found.
     """
 
     def __init__(self, urdf_path: Path) -> None:
@@ -105,14 +105,13 @@ class MeshFinder:
         how = "" if scheme == "package://" else f"{scheme} taken for package://"
         for folder in self._above:
             yield folder / package / rest, how
-        if rest:
-            for folder in self._above:
-                yield folder / rest, how
         for root in _search_path():
             yield root / package / rest, how
         if package in self.packages:
             by_name = f"package {package} is the folder {self.packages[package].name}"
             yield self.packages[package] / rest, by_name
+        for folder in self._above:
+            yield folder / rest, how
 
     @property
     def packages(self) -> dict[str, Path]:

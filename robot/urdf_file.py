@@ -83,6 +83,7 @@ SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 WRITTEN_FOR_XACRO = ("include", "macro", "if", "unless", "insert_block")
 EXPRESSION = re.compile(r"\$\{|\$\((?!find )")  # for xacro to work out
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]+")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?inf(?:inity)?", re.IGNORECASE)
 
 
@@ -149,6 +150,11 @@ def _local(element: etree._Element) -> str:
     return str(element.tag).rpartition("}")[2]
 
 
+def _in_one_line(value: str | None) -> str | None:
+    """An attribute without what would break a line or a terminal."""
+    return None if value is None else CONTROL.sub(" ", value).strip()
+
+
 def _is_xacro(element: etree._Element) -> bool:
     return element.prefix == "xacro" or str(element.tag).startswith("xacro:")
 
@@ -168,7 +174,7 @@ class _Reading:
         if any(tag in WRITTEN_FOR_XACRO for tag in self.xacro):
             raise self._unexpanded()
         robot = self._copy(root, "robot")
-        name = (root.get("name") or "").strip()
+        name = _in_one_line(root.get("name"))
         if not name:
             self._warn(root, "the robot has no name", "named after its file")
         robot.set("name", name or self.path.stem)
@@ -196,11 +202,11 @@ class _Reading:
         """An element with what is taken of it, and of what is in it."""
         copy = ElementTree.Element(tag)
         for name in NAMES.get(tag, ()):
-            value = element.get(name)
+            value = _in_one_line(element.get(name))
             if value is not None:
                 if EXPRESSION.search(value):
                     raise self._unexpanded()
-                copy.set(name, value.strip())
+                copy.set(name, value)
         for name, count in NUMBERS.get(tag, {}).items():
             self._copy_numbers(element, copy, name, count)
         for child in element:
@@ -247,7 +253,9 @@ class _Reading:
             if not name:
                 raise self._incomplete(f"a {tag} has no name")
             if name in found:
-                self.warnings[name] = f"there are two {tag}s {name}; the second is left out"
+                self.warnings[f"{tag} {name}"] = (
+                    f"there are two {tag}s {name}; the second is left out"
+                )
                 robot.remove(element)
             found.setdefault(name, element)
         return found
@@ -283,7 +291,7 @@ class _Reading:
                 if end == "child" or joint.get("type") != "fixed":
                     raise InputError(f"{self.path}, joint {name}: there is no link {link!r}")
                 # What a robot is fixed to is often not described: world, map, base.
-                self.warnings[link] = (
+                self.warnings[f"anchor {link}"] = (
                     f"link {link}, to which joint {name} fixes others, is not described; "
                     "taken as empty"
                 )
@@ -293,7 +301,7 @@ class _Reading:
     def _copy_numbers(
         self, element: etree._Element, copy: ElementTree.Element, name: str, count: int
     ) -> None:
-        text = element.get(name)
+        text = _in_one_line(element.get(name))
         if text is None:
             return
         if "${" in text:

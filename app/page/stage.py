@@ -27,7 +27,7 @@ MARGIN = 1.02  # around what must be seen
 AS_IT_IS = (0.6, 1.8)  # metres, the largest side of robots that are shown in their own size
 SHOWN_SIZE = 1.2  # metres, of all others
 SMALLEST = 1e-6  # metres, of a robot of which anything can be seen
-FRONT = 0.4  # metres, how far Pepper reaches towards the camera
+FRONT = 0.38  # metres, how far Pepper reaches towards the camera
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,7 +55,7 @@ def light_words(report: SafetyReport) -> str:
     if report.light == "green":
         return "within the robot's limits"
     if report.light == "grey":
-        return f"{unchecked}, the others within the robot's limits"
+        return f"nothing beyond the limits, but {unchecked}"
     joints = {one.joint for one in report.violations if one.light == report.light}
     how = "a little beyond" if report.light == "amber" else "far beyond"
     words = f"{len(joints)} joint{'s' if len(joints) > 1 else ''} {how} the limits"

@@ -19,8 +19,8 @@ FIELD = Path(__file__).parents[1] / "field" / "urdf"
 @pytest.mark.parametrize(
     ("write", "says"),
     [
-        (write_desk_arm, "14 joints not checked, the others within the robot's limits"),
-        (write_giant, "13 joints not checked, the others within the robot's limits"),
+        (write_desk_arm, "nothing beyond the limits, but 14 joints not checked"),
+        (write_giant, "nothing beyond the limits, but 13 joints not checked"),
     ],
 )
 def test_a_robot_of_any_size_is_in_view_and_moves(

@@ -122,6 +122,9 @@ def _load(folder: Path, text: str | bytes) -> Robot:
         (WHOLE.replace("<link", '<link name="arm"/><link', 1), "two links arm"),
         (WHOLE.replace('"2"', '"fast"'), 'velocity="fast"> is not a number'),
         (WHOLE.replace("0 0 1", "0 0", 1), 'xyz="0 0"> is not 3 numbers'),
+        (WHOLE.replace("0 0 1", "1e300 0 0", 1), 'xyz="1e300 0 0"> is not 3 numbers'),
+        (WHOLE.replace("0 0 1", "inf 0 0", 1), 'xyz="inf 0 0"> is not 3 numbers'),
+        (WHOLE.replace('upper="1"', 'upper="1e300"'), ""),
         (WHOLE.replace("0 0 1", "0, 0, 1"), ""),
         (WHOLE.replace("0 0 1", "0 0 1d", 1), "read as 0 0 1"),
     ],
@@ -140,6 +143,14 @@ def test_what_other_readers_take_is_taken(text: str | bytes, says: str, tmp_path
         (WHOLE.replace("</joint>", "</link>"), "line 1.*: a tag is closed that is not the open"),
         (WHOLE.replace('"base"', '"${base}"'), "a xacro file; expand it first"),
         (WHOLE.replace("0 0 1", "0 0 ${up}"), "a xacro file; expand it first"),
+        (
+            WHOLE.replace(
+                '"arm"/>',
+                '"arm"><visual><geometry><mesh filename="${a}.stl"/></geometry></visual></link>',
+                1,
+            ),
+            "a xacro file; expand it first",
+        ),
         (WHOLE.replace("<joint", "<xacro:include filename='a'/><joint"), "a xacro file"),
         (WHOLE.replace('"j1"', '""'), "a joint has no name"),
         (WHOLE.replace('<parent link="base"/>', ""), "joint j1 has no <parent"),
@@ -178,7 +189,11 @@ def test_what_is_too_large_is_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(meshes, "MAX_VISUALS", 3)
     robot = _load(tmp_path, WHOLE.replace('"arm"/>', f'"arm">{balls}</link>', 1))
     assert len(robot.shapes) == 3
-    assert robot.warnings == ("too many shapes to be shown; left out from link arm on",)
+    too_many = ("too many shapes to be shown; left out from link arm on",)
+    assert robot.warnings == too_many
+    monkeypatch.setattr(meshes, "MAX_FACES", 1300)  # a ball has 1280
+    robot = load_robot(str(tmp_path / "thing.urdf"))
+    assert (len(robot.shapes), robot.warnings) == (1, too_many)
 
 
 def test_a_chain_of_any_length_is_a_robot(tmp_path: Path) -> None:
@@ -276,7 +291,12 @@ def test_what_is_there_is_not_covered_by_a_skeleton(tmp_path: Path) -> None:
 def workspace(tmp_path: Path) -> Path:
     """Packages as in a ROS workspace: `robot` with the description, `other_v2`, named `other`."""
     ball = trimesh.creation.icosphere(1)
-    for file in ("robot/meshes/Ball.STL", "other_v2/meshes/ball.stl", "away/share/far/ball.stl"):
+    for file in (
+        "robot/meshes/Ball.STL",
+        "other_v2/meshes/ball.stl",
+        "away/share/far/ball.stl",
+        "other_v2/meshes/Ball.STL",
+    ):
         path = tmp_path / "src" / file
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(ball.export(file_type="stl"))
@@ -299,8 +319,10 @@ def workspace(tmp_path: Path) -> Path:
         ("../meshes/a%20b.stl", "robot/meshes/a b.stl", "%-signs worked out"),
         ("../meshes/a b.stl", "robot/meshes/a b.stl", ""),
         ("package://robot/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
-        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
+        ("package://robot_description/meshes/Ball.STL", "robot/meshes/Ball.STL", "folder robot"),
+        ("package://no_such/meshes/Ball.STL", "robot/meshes/Ball.STL", ""),
         ("package://other/meshes/ball.stl", "other_v2/meshes/ball.stl", "is the folder other_v2"),
+        ("package://other/meshes/Ball.STL", "other_v2/meshes/Ball.STL", "is the folder other_v2"),
         ("package://far/ball.stl", "away/share/far/ball.stl", ""),
         ("model://robot/meshes/Ball.STL", "robot/meshes/Ball.STL", "model://"),
         ("$(find robot)/meshes/Ball.STL", "robot/meshes/Ball.STL", "$(find ...)"),

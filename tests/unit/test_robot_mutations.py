@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import shutil
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 
@@ -28,7 +29,7 @@ ODD = (
     b"${pi}", b"$(find x)", b"1.0f", b"base", b"arm", b"world", b"j1", b"prismatic", b"fixed",
     b"floating", b"../../../..", b"/", b"//", b"file://", b"package://", b"package:///a.stl",
     b"model://x", b"http://x/a.stl", b"%00.stl", b"%", b"\\", b"a" * 3000 + b".stl", b"&lt;",
-    b"&a;", b"\xff", b"1e-300", b"\xe2\x88\x921",
+    b"&a;", b"&#10;", b"&#10;a.stl", b"a&#x9b;", b"\xff", b"1e-300", b"\xe2\x88\x921",
 )  # fmt: skip
 NOT_OURS = ("Error", "Exception", "Traceback", "object at 0x", "NoneType", "yourdfpy", "trimesh")
 
@@ -126,6 +127,6 @@ def seen(path: Path) -> tuple[str, ...]:
 
 def in_own_words(said: tuple[str, ...], caplog: pytest.LogCaptureFixture) -> None:
     for line in said:
-        assert "\n" not in line
+        assert not any(unicodedata.category(one) in ("Cc", "Zl", "Zp") for one in line), repr(line)
         assert not any(word in line for word in NOT_OURS), line
     assert [one for one in caplog.records if one.levelno >= logging.WARNING] == []

@@ -138,7 +138,8 @@ def note_html(checked: CheckedMotion, export: ExportOptions) -> str:
         return _light(LIGHTS["red"], INSISTED)
     joints = checked.report.joints
     if not joints:
-        return text_lines("The motion is within the limits; it is exported as it is.")
+        within = "within the limits" if not checked.report.unchecked else "beyond no limit known"
+        return text_lines(f"The motion is {within}; it is exported as it is.")
     return text_lines(f"Limited in the file: {some_names(joints)}.")
 
 

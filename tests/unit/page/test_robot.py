@@ -100,7 +100,7 @@ def test_the_light_says_which_joints_and_frames() -> None:
 def test_the_light_is_not_green_for_joints_that_are_not_checked() -> None:
     some = SafetyReport((), ("d", "e"))
     assert some.light == "grey"
-    assert light_words(some) == "2 joints not checked, the others within the robot's limits"
+    assert light_words(some) == "nothing beyond the limits, but 2 joints not checked"
     assert light_words(SafetyReport((FAST,), ("e",))) == (
         "1 joint a little beyond the limits; 1 joint not checked"
     )
@@ -128,7 +128,7 @@ def test_the_light_is_of_the_active_model(gui: viser.GuiApi, arm: Robot) -> None
     light = SafetyLight(gui, PAIR, arm)
     picture = checked(checked(open_screen(PAIR), unchecked=("e",)), FAST, model=1)
     light.show(picture)
-    assert "1 joint not checked, the others within the robot" in light._html.content
+    assert "nothing beyond the limits, but 1 joint not checked" in light._html.content
     assert LIGHTS["grey"] in light._html.content
     light.show(after(picture, do.SelectModel(1)))
     assert "a little beyond" in light._html.content
@@ -255,7 +255,9 @@ def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Rob
     panel.show(picture)
     assert "Limited in the file: a." in panel._note.content
     panel.show(checked(open_screen()))
-    assert "exported as it is" in panel._note.content
+    assert "is within the limits; it is exported as it is" in panel._note.content
+    panel.show(checked(open_screen(), unchecked=("e",)))
+    assert "is beyond no limit known; it is exported as it is" in panel._note.content
     panel.show(after(picture, do.SetExportOption("beyond_limits", True)))
     assert INSISTED in panel._note.content
     assert panel._beyond.handle.value

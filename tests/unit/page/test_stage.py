@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -74,5 +74,14 @@ def test_a_large_robot_has_its_room() -> None:
     position = camera_position(stage, 4 / 3)
     for point in must_be_seen(stage, 1.0, 3.0):
         x, y = project(point, position, 4 / 3, 1.0)
+        assert 0 <= x <= 4 / 3
+        assert 0 <= y <= 1
+
+
+def test_what_reaches_towards_the_camera_is_in_view_too() -> None:
+    stage = stage_for(1, *PEPPER, 1.2)
+    position = camera_position(stage, 4 / 3)
+    for side, up in product((-0.3, 0.3), (0.0, 0.9)):
+        x, y = project(np.array([1.2, side, up]), position, 4 / 3, 1.0)
         assert 0 <= x <= 4 / 3
         assert 0 <= y <= 1
