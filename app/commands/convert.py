@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...robot.formats import Format
-from .flags import Checkpoint, FileFlags, MotionInFile, note, read_reading, read_target
+from .flags import Checkpoint, FileFlags, MotionInFile, naming_flags, note
 
 if TYPE_CHECKING:
     from ...robot.reading import Reading
@@ -39,6 +39,7 @@ def run(
     from ...robot.description import load_robot
     from ...robot.export import export_motion
     from ...robot.pepper import PEPPER_JOINTS
+    from ...robot.reading import read_file
 
     file = file or FileFlags()
     joints: tuple[str, ...] = PEPPER_JOINTS
@@ -48,8 +49,10 @@ def run(
 
         info = load_checkpoint(ckpt).info
         joints, fps = info.joints, info.fps
-    note(f"{path.name}: {understood(read_reading(path, joints, fps, file))}")
-    target = read_target(path, joints, fps, file, motion)
+    with naming_flags():
+        reading = read_file(path, joints, said=file.said, fps=fps)
+        note(f"{path.name}: {understood(reading)}")
+        target = reading.motion(motion)
     export = export_motion(target, load_robot("pepper"), FORMATS[suffix], enforce_limits=False)
     with replacing(out) as beside:
         Path(beside).write_text(export.content, encoding="utf-8")
@@ -61,4 +64,5 @@ def understood(reading: Reading) -> str:
     count = len(reading.motions)
     motions = "1 motion" if count == 1 else f"{count} motions"
     rate = f"{reading.fps:g} Hz ({reading.fps_source})"
-    return f"{reading.format}, {motions}, {rate}, {reading.unit} ({reading.unit_source})"
+    unit = f"{reading.unit} ({reading.unit_source})"
+    return "; ".join([f"{reading.format}, {motions}, {rate}, {unit}", *reading.remarks])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -19,7 +20,7 @@ if TYPE_CHECKING:  # torch takes seconds to import; commands do so when they run
     from ...core.data import Dataset
     from ...core.model import RNNPB
     from ...core.motion import Motion
-    from ...robot.reading import Reading, Said, Unclear
+    from ...robot.reading import Said
 
 MAX_COMPONENT = 1e6  # of mu or sigma; beyond it the network only saturates
 
@@ -155,19 +156,23 @@ class FileFlags:
         return Said(self.fps, unit, None if self.hands == "auto" else self.hands)
 
 
-def read_reading(path: Path, joints: tuple[str, ...], fps: float, file: FileFlags) -> Reading:
-    """What was understood of a motion file.
+@contextmanager
+def naming_flags() -> Iterator[None]:
+    """What a file leaves open is asked for by the flag that says it.
 
     Raises:
-        InputError: it is no motion of these joints, or unclear; the message says the flag.
+        InputError: a file is unclear; the message says the flag.
     """
     from ...core.errors import InputError
-    from ...robot.reading import Unclear, read_file
+    from ...robot.reading import Unclear
 
     try:
-        return read_file(path, joints, said=file.said, fps=fps)
+        yield
     except Unclear as unclear:
-        raise InputError(_answered(unclear)) from unclear
+        if unclear.question == "motion":
+            raise InputError(f"{unclear}; choose one with --motion") from unclear
+        choices = " or ".join(unclear.choices)
+        raise InputError(f"{unclear} Say --{unclear.question} {choices}") from unclear
 
 
 def read_target(
@@ -176,24 +181,15 @@ def read_target(
     """A motion from a file; what was not exact is said.
 
     Raises:
-        InputError: see `read_reading`; several motions, of which none is named.
+        InputError: no motion of these joints; several, of which none is named.
     """
-    from ...core.errors import InputError
-    from ...robot.reading import Unclear
+    from ...robot.reading import read_file
 
-    reading = read_reading(path, joints, fps, file)
-    for remark in reading.remarks:
-        note(f"{path.name}: {remark}")
-    try:
+    with naming_flags():
+        reading = read_file(path, joints, said=file.said, fps=fps)
+        for remark in reading.remarks:
+            note(f"{path.name}: {remark}")
         return reading.motion(motion)
-    except Unclear as unclear:
-        raise InputError(_answered(unclear)) from unclear
-
-
-def _answered(unclear: Unclear) -> str:
-    if unclear.question == "motion":
-        return f"{unclear}; choose one with --motion"
-    return f"{unclear} Say --{unclear.question} {' or '.join(unclear.choices)}"
 
 
 def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | None]:

@@ -18,7 +18,18 @@ from cyclopts import Parameter
 from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS
-from .flags import FLAGS, SEEDS, Data, DeviceName, FileFlags, note, read_by, real, whole
+from .flags import (
+    FLAGS,
+    SEEDS,
+    Data,
+    DeviceName,
+    FileFlags,
+    naming_flags,
+    note,
+    read_by,
+    real,
+    whole,
+)
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -72,7 +83,8 @@ def run(flags: Flags, file: FileFlags | None = None) -> None:
     from ...core.training import Trainer
     from ...robot.data import load_dataset
 
-    dataset = load_dataset(flags.data, said=(file or FileFlags()).said)
+    with naming_flags():
+        dataset = load_dataset(flags.data, said=(file or FileFlags()).said)
     config, training = _recipe(flags) if flags.resume is None else _resumed(flags.resume, flags)
     resumable = out.with_suffix(".resume.pt")
     if resumable.exists() and not _same_file(resumable, flags.resume):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BPoly
 
 from ...core.errors import InputError
 from ...core.motion import MAX_FRAMES
@@ -78,6 +77,8 @@ def _values(keys: Sequence[Key], at: Array) -> Array:
 
 def _bezier(start: Key, end: Key) -> Array:
     """(STEPS + 1, 2) points of a cubic from key to key, evenly spread in its parameter."""
+    from scipy.interpolate import BPoly  # a tenth of a second, for files that have curves
+
     after, before = start.after or (0.0, 0.0), end.before or (0.0, 0.0)
     points = np.array(
         [

@@ -125,6 +125,7 @@ def read_motions(
     unit, unit_source, hands, values = _in_radians(raw, chosen, values, said, limits, openings)
 
     motions, clocks = [], []
+    several = len(groups) > 1
     stem = _stem(name)
     for motion_name, rows in groups:
         clock = clock_of(rows)
@@ -135,7 +136,10 @@ def read_motions(
             Motion(motion_name or stem, names, positions.astype(np.float32), fps or clock.fps)
         )
     clock = clocks[0]
-    left_out = tuple(column.name for column in free if column.index not in clock_columns)
+    telling = clock_columns | (
+        {one.index for one in named_for(free, "motion")} if several else set()
+    )
+    left_out = tuple(column.name for column in free if column.index not in telling)
     renamed = {joint: column.name for joint, column in chosen if column.name != joint}
     remarks = [*raw.remarks, *_remarks(renamed, left_out, unit, unit_source, hands, raw)]
     if fps is not None and abs(clock.fps / fps - 1) >= SAME:
@@ -324,22 +328,16 @@ def _lafan(width: int) -> str:
 
 
 def _no_joints(raw: Raw, columns: list[Column]) -> set[int]:
-    """Columns that their names or values show to be no joints."""
+    """Columns that their names or words show to be no joints."""
     none = {column.index for column in columns if column.name in EYE_COLUMNS}
     for what in ("time", "count", "motion"):
         none |= {column.index for column in named_for(columns, what)}
     for column in columns:
         if column.index in none:
             continue
-        try:
-            values = raw.numbers(column.index)
-        except InputError:
-            cells = raw.texts(column.index)
-            # A column of words is a label; a joint with a broken cell is a broken file.
-            if sum(map(_is_word, cells)) > 0.5 * len(cells):
-                none.add(column.index)
-            continue
-        if column.index == 0 and len(values) >= 10 and _is_clock(values):
+        cells = raw.texts(column.index)
+        # A column of words is a label; a joint with a broken cell is a broken file.
+        if sum(map(_is_word, cells)) > 0.5 * len(cells):
             none.add(column.index)
     return none
 
@@ -350,13 +348,6 @@ def _is_word(cell: str) -> bool:
     except ValueError:
         return True
     return False
-
-
-def _is_clock(values: Array) -> bool:
-    """Whether values go up evenly all the way, which no joint does."""
-    steps = np.diff(values)
-    even = np.abs(steps - steps[0]).max() <= 1e-6 * max(abs(steps[0]), abs(values).max() * 1e-6)
-    return bool(steps[0] > 0 and even and len(values) > 2)
 
 
 def _groups(raw: Raw, free: list[Column]) -> _Groups:
@@ -407,7 +398,7 @@ def _clock(
             values = raw.numbers(column.index)
         except InputError:
             continue  # words: no clock
-        if is_count(values) or not goes_up(values[: len(values) // 2 + 1]):
+        if is_count(values) or not goes_up(values):
             continue
         where = f"{raw.source}, column {column.name or column.index + 1}"
         return lambda rows, v=values, w=where: stamped(v[rows], w), {column.index}

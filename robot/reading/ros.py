@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ...core.csv_table import CsvTable, Row
 from ...core.errors import InputError
@@ -39,6 +38,8 @@ def read_printed(text: str, source: str) -> Raw:
         )
     if "&" in text or "*" in text:  # YAML's way to make much of little
         raise InputError(f"{source}: printed joint states have no references (& and *)")
+    import yaml  # for printed messages alone
+
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         messages = [one for one in yaml.load_all(text, loader) if one is not None]
@@ -103,9 +104,14 @@ def _names_in(row: Row) -> tuple[int, int] | None:
                 best = (start, i)
             start = None
     first, last = best
-    rest = row.cells[last : 2 * last - first]
-    numbers = len(rest) == last - first and all(_NUMBER.fullmatch(cell) for cell in rest)
-    return best if last - first > 1 and numbers else None
+    rest = row.cells[last:]
+    for begin in (first, first + 1):  # the frame's name stands before those of the joints
+        count = last - begin
+        numbers = rest[:count]
+        whole = count > 1 and len(numbers) == count and len(rest) % count == 0
+        if whole and all(_NUMBER.fullmatch(cell) for cell in numbers):
+            return begin, last
+    return None
 
 
 def _rows(

@@ -38,7 +38,8 @@ def is_count(values: Array) -> bool:
 
 
 def goes_up(values: Array) -> bool:
-    return len(values) > 1 and bool((np.diff(values) > 0).all())
+    """Whether values are stamps, by and large; one that goes back is a fault of theirs."""
+    return len(values) > 1 and bool((np.diff(values) > 0).mean() > 0.5)
 
 
 def stamped(values: Array, where: str) -> Clock:

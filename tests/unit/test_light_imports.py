@@ -21,7 +21,7 @@ LIGHT = (
     "core.recognition_run",
     "core.windows",
     "robot.formats",
-    "robot.importing",
+    "robot.reading",
     "robot.pepper",
     "robot.safety_report",
     "app.commands.explorer",
