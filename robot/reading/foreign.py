@@ -16,6 +16,7 @@ _BEGINNINGS: tuple[tuple[bytes, str, str], ...] = (
     (b"%PDF", "a PDF", _TABLE),
 )  # fmt: skip
 _ZIPPED = (
+    (b"data.pkl", "a model, not a motion", "give it as --ckpt"),
     (b".npy", "arrays of numpy (npz), as AMASS has of human bodies",
      "retarget it to the robot where it is a human body, then " + _TABLE),
     (b"xl/", "an Excel workbook", "save the sheet as CSV"),

@@ -134,7 +134,7 @@ def test_one_dimension(rnnpb: Rnnpb) -> None:
         ("--radius infsd", "argument --radius: must be finite"),
         ("--grid 1", "argument --grid: must be from 2 to 200"),
         ("--target none.csv", "cannot read none.csv: No such file"),
-        ("--target tiny.pt", "tiny.pt is no UTF-8 text"),
+        ("--target tiny.pt", "tiny.pt seems to be a model, not a motion"),
         ("--out L.jpg", "a landscape is written as .npz or .png"),
         ("--out data", "a landscape is written as"),
     ],

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from rnnpb_explorer.core import recognition_lm
 from rnnpb_explorer.core.errors import Cancelled, InputError
 from rnnpb_explorer.core.model import RNNPB, Behavior, ModelConfig, ModelInfo
-from rnnpb_explorer.core.motion import read_motion
 from rnnpb_explorer.core.recognition import recognize
 from rnnpb_explorer.core.recognition_lm import LMConfig, pb_jacobian, recognize_lm
 from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionResult
+from rnnpb_explorer.robot.reading import read_motion
 
 from .cli_harness import Rnnpb
 

@@ -216,6 +216,7 @@ def test_an_upload_is_recognised(open_browser: Open, target: Motion) -> None:
     np.testing.assert_array_equal(session.document.target.array, target.positions)
     browser.set("Iterations", 10)
     until(session, lambda picture: picture.document.recognition.iterations == 10)
+    until(session, lambda picture: picture.document.target is not None)
     browser.press("Start")
     done = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
     assert done.trace is not None
@@ -295,6 +296,7 @@ def test_a_code_brings_an_upload_and_its_recognition_to_another_page(
     upload(browser, target)
     browser.set("Iterations", 10)
     until(session, lambda picture: picture.document.recognition.iterations == 10)
+    until(session, lambda picture: picture.document.target is not None)
     browser.press("Start")
     end = until(session, lambda picture: picture.run_status == "finished" and complete(picture))
     browser.press("Show the code of this screen")
@@ -514,6 +516,7 @@ def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
     browser.set("Iterations", 300)
     browser.set("Trials", 10)
     until(session, lambda picture: picture.document.recognition.trials == 10)
+    until(session, lambda picture: picture.document.target is not None)
     browser.press("Start")
     until(
         session, lambda picture: picture.run_status == "running" and picture.document.run.done > 0
