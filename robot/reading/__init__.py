@@ -1,8 +1,9 @@
 """Motions from files as people have them."""
 
 from .columns import NoJoints
+from .files import SUFFIXES
 from .raw import Unclear, Unit
-from .reader import SUFFIXES, Reading, Said, joints_in, read_file, read_motion, read_motions
+from .reader import Reading, Said, joints_in, read_file, read_motion, read_motions
 from .units import Hands
 
 __all__ = [

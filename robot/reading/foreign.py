@@ -41,7 +41,7 @@ def foreign(content: bytes) -> str:
                 return f"seems to be {what}; {right}"
         return f"is a ZIP archive; unpack it: {_TABLE}"
     head = content[:4096].decode("latin-1").replace("\0", "")
-    if head.lstrip("\xef\xbb\xbf\xff\xfe ").startswith("<"):
+    if head.lstrip("\xef\xbb\xbf\xff\xfe ").startswith("<?xml"):
         for mark, what, right in _XML:
             if mark in head:
                 return f"seems to be {what}; {right}"

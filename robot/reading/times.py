@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.errors import InputError
-
-Array = NDArray[np.float64]
+from .columns import Column, named_for
+from .layout import Rows
+from .raw import Array, Raw
 
 RATES = (1.5, 2000.0)  # frames a second that a recording of a robot can have
 _SCALES = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns"))
@@ -30,6 +31,43 @@ class Clock:
     source: str
     times: Array | None = None
     remarks: tuple[str, ...] = ()
+
+
+def clocks(
+    raw: Raw, free: Sequence[Column], said: float | None, otherwise: float
+) -> tuple[Callable[[Rows], Clock], set[int]]:
+    """How to find the clock of some rows, and the columns that it is read from.
+
+    Args:
+        free: columns that move no joint.
+        said: frames a second that somebody says; it counts before all else.
+        otherwise: frames a second of a file that does not say.
+    """
+    if raw.time is not None and said is None:
+        times = raw.time
+        return lambda rows: stamped(times[rows], f"{raw.source}, its time"), set()
+    if raw.fps is not None:  # of key frames it is the one that was said
+        known = Clock(raw.fps, "in the file")
+        return lambda rows: known, set()
+    column, values = _stamps(raw, free)
+    used = set() if column is None else {column.index}
+    if said is not None or column is None:
+        plain = Clock(otherwise, "assumed") if said is None else Clock(said, "said")
+        return lambda rows: plain, used
+    where = f"{raw.source}, column {column.name or column.index + 1}"
+    return lambda rows: stamped(values[rows], where), used
+
+
+def _stamps(raw: Raw, free: Sequence[Column]) -> tuple[Column | None, Array]:
+    """The column that says when frames are, by its name and its values."""
+    for column in (*named_for(free, "time"), *named_for(free, "count")):
+        try:
+            values = raw.numbers(column.index)
+        except InputError:
+            continue  # words: no clock
+        if goes_up(values) and not is_count(values):
+            return column, values
+    return None, np.zeros(0)
 
 
 def is_count(values: Array) -> bool:

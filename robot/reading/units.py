@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.errors import InputError
-from .raw import Unclear, Unit
+from .columns import Column
+from .raw import Array, Raw, Unclear, Unit
 
-Array = NDArray[np.float64]
 Where = Callable[[int], str]  # what to call a row in messages
 Limits = Mapping[str, tuple[float, float]]
 Hands = Literal["share", "percent", "degrees"]
@@ -25,6 +25,74 @@ MAX_TURNS = 10  # times MAX_ANGLE that a joint may go where somebody says that i
 SLACK = 0.15  # radians beyond the limits that a recording in degrees may reach
 FULL = np.degrees(1.0)  # degrees of a hand that is open, where its opening is called one radian
 _WORDS: dict[Hands, str] = {"share": "from 0 to 1", "percent": "per cent", "degrees": "degrees"}
+
+
+@dataclass(frozen=True)
+class Units:
+    """unit: of the angles, and how it is known. hands: what openings are measured in."""
+
+    unit: Unit
+    source: str
+    hands: Hands
+
+
+def in_radians(
+    raw: Raw,
+    chosen: Sequence[tuple[str, Column]],
+    values: Array,
+    said: tuple[Unit | None, Hands | None],
+    limits: Limits,
+    openings: Collection[str],
+) -> tuple[Units, Array]:
+    """Units, and the values (T, J) of joints in radians and shares.
+
+    Args:
+        said: the unit of angles and of openings that somebody says.
+
+    Raises:
+        Unclear: values can be read in more than one way.
+        InputError: they are no angles, or somebody says otherwise than the format.
+    """
+    joints = [joint for joint, _ in chosen]
+    values = values.copy()
+    unit, source, degrees = _angles(raw, chosen, values, said[0], limits, openings)
+    values[:, degrees] = np.radians(values[:, degrees])
+    check_said(values, joints, openings, raw.where)
+    hands: Hands = "share"
+    for i, joint in enumerate(joints):
+        if joint in openings and i not in degrees:
+            found = said[1] or hands_unit(values[:, i], joint, raw.where)
+            values[:, i] = to_share(values[:, i], found)
+            hands = found if found != "share" else hands
+    return Units(unit, source, hands), values
+
+
+def _angles(
+    raw: Raw,
+    chosen: Sequence[tuple[str, Column]],
+    values: Array,
+    said: Unit | None,
+    limits: Limits,
+    openings: Collection[str],
+) -> tuple[Unit, str, list[int]]:
+    """The unit, how it is known, and which columns of `values` are in degrees."""
+    if raw.units is not None:
+        units = [raw.units[column.index] for _, column in chosen]
+        degrees = [i for i, one in enumerate(units) if one == "degrees"]
+        unit: Unit = "degrees" if degrees else "radians"
+        if said not in (None, unit):
+            raise InputError(f"{raw.source} is in {unit}, as {raw.format} files are")
+        return unit, "format", degrees
+    joints = [joint for joint, _ in chosen]
+    angles = [i for i, joint in enumerate(joints) if joint not in openings]
+    named = {chosen[i][1].unit for i in angles} - {None}
+    if said is not None:
+        unit, source = said, "said"
+    elif len(named) == 1:
+        unit, source = named.pop() or "radians", "header"
+    else:
+        unit, source = angle_unit(values, joints, limits, openings, raw.where)
+    return unit, source, angles if unit == "degrees" else []
 
 
 def angle_unit(
