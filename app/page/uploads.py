@@ -104,15 +104,14 @@ def read_upload(upload: Upload, content: bytes, robot: Robot) -> tuple[do.Intent
         names = tuple(motion.name for motion in reading.motions)
         motion = reading.motion(upload.motion or names[0])
     except Unclear as unclear:
-        answer = f"{unclear} Say it under File, below the upload"
-        return do.Say(answer), do.ShowFile(question=unclear.question)
+        return do.Say(f"{unclear} Say it under File, below the upload"), do.ShowFile()
     except InputError as error:
         return (do.Say(str(error)),)
     eyes, remark = _eyes(content, stem + suffix, reading, len(motion))
     told = f"{motion.name}: {len(motion)} frames, ready to recognise{remark}"
     remarks = list(reading.remarks)
     if len(names) > 1:
-        remarks.append(f"{len(names)} motions in it, choose one under File")
+        remarks.append(f"{len(names)} motions in it: choose one below the upload")
     if remarks:
         told += f" ({'; '.join(remarks)})"
     return (

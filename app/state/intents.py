@@ -319,10 +319,9 @@ class ShowCode:
 
 @dataclass(frozen=True)
 class ShowFile:
-    """What a file holds that was read: its motions; or what has to be said of it first."""
+    """The motions that a file holds that was read."""
 
     motions: tuple[str, ...] = ()
-    question: Literal["", "unit", "hands", "motion"] = ""
 
 
 @dataclass(frozen=True)

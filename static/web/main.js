@@ -27,7 +27,7 @@ class Part {
     const looked = () => this.looked();
     this.map = new MapBoard(ask, looked);
     this.landscape = new LandscapeBoard(ask, looked);
-    this.playback = new Playback(this.robots, ask, () => this.timebar?.refresh());
+    this.playback = new Playback(this.robots, ask, (now) => this.timebar?.refresh(now));
     this.timebar = new TimeBar(this.playback, ask);
     this.layout = new Layout([this.map, this.landscape], this.timebar, {
       ask,

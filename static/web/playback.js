@@ -15,7 +15,7 @@ export class Playback {
   /**
    * @param {import("./robots.js").Robots} robots
    * @param {(asked: import("./messages.js").Asked) => void} ask
-   * @param {() => void} changed called when the clock is another
+   * @param {(now: boolean) => void} changed called when the clock is another; now: in a frame
    */
   constructor(robots, ask, changed) {
     this.robots = robots;
@@ -43,7 +43,7 @@ export class Playback {
     this.robots.pose(this.clock.frame, moved);
     if (moved) {
       this.frames += 1;
-      this.changed();
+      this.changed(true);
     }
     requestAnimationFrame((next) => this.tick(next));
   }
@@ -52,7 +52,7 @@ export class Playback {
   set(clock) {
     this.clock = clock;
     this.moved = true;
-    this.changed();
+    this.changed(false);
   }
 
   // --- what the server shows ---

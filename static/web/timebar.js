@@ -192,8 +192,8 @@ export class TimeBar {
   }
 
   // --- showing ---
-  /** Bring everything up to the clock. */
-  refresh() {
+  /** Bring everything up to the clock. @param {boolean} [now] in this very frame */
+  refresh(now = false) {
     const { clock } = this.playback;
     const frame = Math.round(clock.frame);
     say(this.play, clock.playing ? "❚❚" : "▶");
@@ -214,7 +214,8 @@ export class TimeBar {
       this.value,
       value === undefined ? "" : `${this.curves?.names[joint ?? 0]} ${formatted(value)} rad`,
     );
-    this.surface.request();
+    if (now) this.surface.draw();
+    else this.surface.request();
   }
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height */

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from explorer_page import ExplorerPage, agree
@@ -11,6 +13,7 @@ from rnnpb_explorer.core import Motion
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import format_motion
 
+FIELD = Path(__file__).parents[1] / "field" / "motions"
 ITERATIONS = 30
 
 
@@ -113,3 +116,31 @@ def test_a_broken_file_shows_its_error_and_the_session_lives_on(
     recognising.tab("Explore")
     recognising.set_value("μ 1", recognising.value("μ 1") + 0.7)
     recognising.until(lambda: not agree(recognising.pose(), pose), "the session is dead")
+
+
+TARGET_SEEN = "part.robots.robots[1]?.copies[0]?.root.visible"
+
+
+def test_the_target_stands_beside_and_goes_where_nobody_has_seen_it(
+    recognising: ExplorerPage, novel_motion: bytes
+) -> None:
+    recognising.upload("novel.csv", novel_motion)
+    recognising.wait_for(f"{TARGET_SEEN} === true")
+    assert recognising.names() == ["strong", "target"]
+    seek = "(frame) => window.rnnpb.part.playback.seek(frame)"
+    for frame, seen in ((55, False), (20, True), (55, False)):  # 48 of 60 frames are observed
+        recognising.page.evaluate(seek, frame)
+        recognising.wait_for(f"{TARGET_SEEN} === {str(seen).lower()}")
+    recognising.tick("Reveal the rest", on=True)
+    recognising.wait_for(f"{TARGET_SEEN} === true")
+    recognising.tick("Show the target", on=False)
+    recognising.wait_for("part.robots.robots.length === 1")
+
+
+def test_a_file_of_several_motions_offers_them(recognising: ExplorerPage) -> None:
+    name = "two-motions-id-column.csv"
+    recognising.upload(name, (FIELD / name).read_bytes())
+    recognising.text("Target: A, 30 frames").wait_for()
+    recognising.alert("2 motions in it").wait_for()
+    recognising.choose("Motion in it", "B")
+    recognising.text("Target: B, 30 frames").wait_for()

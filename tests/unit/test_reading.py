@@ -334,6 +334,12 @@ def test_what_is_said_counts_where_the_file_does_not_say() -> None:
     np.testing.assert_allclose(reading.motion().positions[:, 0], [0, 0.05, 0.1, 0.15, 0.2])
 
 
+def test_who_says_a_rate_is_believed_over_stamps() -> None:
+    content = b"time,HeadYaw\n0,0\n0.01,0.1\n0.02,0.2\n"
+    reading = read_motions(content, "x.csv", ("HeadYaw",), said=Said(fps=50.0))
+    assert (reading.fps, reading.fps_source, reading.left_out) == (50.0, "said", ())
+
+
 def test_a_file_that_says_its_unit_is_believed() -> None:
     script = export_motion(
         Motion("x", PEPPER_JOINTS, np.zeros((3, 17), np.float32)), load_robot("pepper"), "json",

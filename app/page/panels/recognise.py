@@ -133,9 +133,8 @@ class RecognisePanel:
 
     def _add_file(self, gui: viser.GuiApi) -> None:
         """What a person may say of the file: it holds for the last one, and for the next."""
-        self._file = gui.add_folder("File", expand_by_default=False)
-        with self._file:
-            motions = gui.add_dropdown("Motion in it", [ONLY], visible=False)
+        motions = gui.add_dropdown("Motion in it", [ONLY], visible=False)
+        with gui.add_folder("File", expand_by_default=False):
             self._unit = gui.add_dropdown("Angles", list(UNITS))
             self._hands = gui.add_dropdown("Hands", list(HANDS))
             self._rate = gui.add_number(
@@ -146,11 +145,9 @@ class RecognisePanel:
             Bound(handle, lambda _: self._again())
 
     def show_file(self, file: do.ShowFile) -> None:
-        """Offer the motions of a file; ask what it leaves open."""
+        """Offer the motions of a file."""
         self._motions.offer(file.motions or (ONLY,))
         self._assign(self._motions.handle, visible=len(file.motions) > 1)
-        if file.question or len(file.motions) > 1:
-            self._assign(self._file, expand_by_default=True)
 
     # --- what a person does (viser's event loop: only hand on) ---
     def _read(self, upload: Upload, motion: str | None = None) -> None:

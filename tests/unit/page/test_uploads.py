@@ -131,7 +131,7 @@ def test_of_several_motions_the_first_is_taken_and_the_others_are_offered(read: 
     assert intent.target.name == "walk"
     assert file == do.ShowFile(("walk", "run"))
     assert isinstance(told, do.Say)
-    assert "2 motions in it, choose one under File" in told.text
+    assert "2 motions in it: choose one below the upload" in told.text
     other, *_ = read("two.csv", content, motion="run")
     assert isinstance(other, do.SetTarget)
     assert other.target.name == "run"
@@ -143,7 +143,8 @@ def test_what_cannot_be_known_is_asked_and_can_be_said(read: Read) -> None:
     assert isinstance(said, do.Say)
     assert not said.good
     assert "in degrees" in said.text
-    assert file == do.ShowFile(question="unit")
+    assert "Say it under File" in said.text
+    assert file == do.ShowFile()
     intent, *_ = read("x.csv", content, said=Said(unit="degrees"))
     assert isinstance(intent, do.SetTarget)
     np.testing.assert_allclose(intent.target.array[0], np.radians([30, 20, 10, 40, 20]), rtol=1e-6)
