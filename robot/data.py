@@ -27,7 +27,10 @@ TABLES = (".csv", ".tsv")  # of these it is a fault where one is no motion
 
 
 def load_dataset(
-    path: str | os.PathLike[str], joints: tuple[str, ...] | None = None, said: Said | None = None
+    path: str | os.PathLike[str],
+    joints: tuple[str, ...] | None = None,
+    said: Said | None = None,
+    fps: float | None = None,
 ) -> Dataset:
     """Load REBL-Pepper's `data_raw.csv` (mirrored to 72 motions) or a folder of motion files.
 
@@ -37,6 +40,7 @@ def load_dataset(
         joints: the joints to read from a folder's files. By default Pepper's where the first file
             has them all, else those that most files name.
         said: what somebody says of a folder's files.
+        fps: frames a second that a folder's motions are to have; None: the rate of most of them.
 
     Raises:
         InputError: nothing there, or a file that is not what it should be.
@@ -47,7 +51,7 @@ def load_dataset(
             for folder in (path, path / "original_animations"):  # as in the published repository
                 if (folder / "data_raw.csv").is_file():
                     return _load_rebl_pepper(folder / "data_raw.csv")
-            return _load_folder(path, joints, said or Said())
+            return _load_folder(path, joints, said or Said(), fps)
         if path.is_file():
             return _load_rebl_pepper(path)
     except OSError as error:
@@ -81,7 +85,9 @@ def motion_files(path: Path) -> list[Path]:
 
 
 # --- a folder ---
-def _load_folder(path: Path, joints: tuple[str, ...] | None, said: Said) -> Dataset:
+def _load_folder(
+    path: Path, joints: tuple[str, ...] | None, said: Said, fps: float | None
+) -> Dataset:
     files = motion_files(path)
     contents = {file: read_csv_bytes(file, MAX_CSV_BYTES) for file in files}
     remarks: list[str] = []
@@ -96,7 +102,7 @@ def _load_folder(path: Path, joints: tuple[str, ...] | None, said: Said) -> Data
             remarks.append(f"{file.relative_to(path)}: left out, {error}")
     if not readings:
         raise InputError(f"no file in {path} has a joint {' or '.join(joints)}")
-    fps = said.fps or _common_rate(readings.values())
+    fps = fps or said.fps or _common_rate(readings.values())
     for file, reading in readings.items():
         if abs(reading.fps / fps - 1) > 1e-4:
             again = read_motions(contents[file], file.name, joints, said=said, fps=fps)

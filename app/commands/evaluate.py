@@ -12,6 +12,7 @@ from .flags import (
     Checkpoints,
     Data,
     DeviceName,
+    FileFlags,
     Seed,
     load_model,
     one_of,
@@ -66,12 +67,12 @@ class Flags:
     json: str | None = None
 
 
-def run(flags: Flags) -> None:
+def run(flags: Flags, file: FileFlags | None = None) -> None:
     if flags.json is not None:
         check_writable(flags.json)
 
     # Every checkpoint is read before the first is measured: a mistyped one shows at once.
-    subjects = [_subject(checkpoint, flags) for checkpoint in flags.ckpt]
+    subjects = [_subject(checkpoint, flags, file) for checkpoint in flags.ckpt]
     measured: dict[str, list[Row]] = {task: [] for task in TASKS if task in flags.task}
     with progress_bar("{task.fields[doing]}") as bar:
         steps = sum(_steps(each, task, flags) for each in subjects for task in measured)
@@ -104,11 +105,11 @@ class _Subject:
     facts: Row
 
 
-def _subject(checkpoint: str, flags: Flags) -> _Subject:
+def _subject(checkpoint: str, flags: Flags, file: FileFlags | None) -> _Subject:
     from ...core.device import choose_device
     from ...core.paper.novel_patterns import novel_patterns
 
-    model, dataset = load_model(checkpoint, flags.data)
+    model, dataset = load_model(checkpoint, flags.data, file)
     motions = dataset.motions if dataset else ()
     patterns: list[Motion] = []
     if "recognition" in flags.task:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from .answer import answer, make_app
-from .flags import Data, DeviceName, Robot, Seed, note, read_by, whole
+from .flags import Data, DeviceName, FileFlags, Robot, Seed, note, read_by, whole
 from .progress import working
 
 
@@ -23,6 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(
+    file: FileFlags | None = None,
     *,
     ckpt: tuple[str, ...] = ("strong.pt",),
     host: str = "127.0.0.1",
@@ -64,6 +65,7 @@ def run(
             allow_frames=allow_frame,
             robot=robot,
             data=data,
+            said=(file or FileFlags()).said,
             device=device,
             seed=seed,
         )

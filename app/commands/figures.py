@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ...core.errors import InputError
-from .flags import FLAGS, Checkpoints, Data, Seed, WarmStart, load_model, read_by, whole
+from .flags import FLAGS, Checkpoints, Data, FileFlags, Seed, WarmStart, load_model, read_by, whole
 from .progress import progress_bar
 
 if TYPE_CHECKING:
@@ -62,11 +62,11 @@ class Flags:
     out: Path
 
 
-def run(flags: Flags) -> None:
+def run(flags: Flags, file: FileFlags | None = None) -> None:
     out = flags.out
     if out.exists() and not out.is_dir():
         raise InputError(f"--out {out}: it is no folder")
-    models, dataset = _load(flags.ckpt, flags.data)
+    models, dataset = _load(flags.ckpt, flags.data, file)
     plan = _Plan(models, dataset, flags)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -90,7 +90,9 @@ def run(flags: Flags) -> None:
     print("\n".join(written))
 
 
-def _load(ckpts: Sequence[str], data: str) -> tuple[dict[str, RNNPB], Dataset]:
+def _load(
+    ckpts: Sequence[str], data: str, file: FileFlags | None
+) -> tuple[dict[str, RNNPB], Dataset]:
     """The models by the names to print, and the motions that all of them know."""
     if len(ckpts) > MAX_MODELS:
         raise InputError(f"--ckpt: a figure has room for {MAX_MODELS} models, got {len(ckpts)}")
@@ -100,7 +102,7 @@ def _load(ckpts: Sequence[str], data: str) -> tuple[dict[str, RNNPB], Dataset]:
         name = _name(ckpt)
         if name in models:
             raise InputError(f"--ckpt {ckpt}: another checkpoint has the name {name!r} already")
-        models[name], dataset = load_model(ckpt, data)
+        models[name], dataset = load_model(ckpt, data, file)
         assert dataset is not None  # --data is required
         common = dataset if common is None else _common(common, dataset, ckpt)
     assert common is not None  # so is --ckpt

@@ -192,7 +192,9 @@ def read_target(
         return reading.motion(motion)
 
 
-def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | None]:
+def load_model(
+    ckpt: str, data: str | None = None, file: FileFlags | None = None
+) -> tuple[RNNPB, Dataset | None]:
     """The model, and the data where it is given.
 
     A published checkpoint carries neither names nor lengths of its motions; the data lends them.
@@ -206,7 +208,13 @@ def load_model(ckpt: str, data: str | None = None) -> tuple[RNNPB, Dataset | Non
     model = load_checkpoint(ckpt)
     if data is None:
         return model, None
-    dataset = load_dataset(data, model.info.joints).for_model(model)
+    info = model.info
+    with naming_flags():
+        said = (file or FileFlags()).said
+        loaded = load_dataset(data, info.joints, said, info.fps)
+    for remark in loaded.remarks:
+        note(remark)
+    dataset = loaded.for_model(model)
     model.info = dataset.complete(model)
     return model, dataset
 

@@ -77,7 +77,7 @@ def run(
     if out.suffix.lower() not in SUFFIXES:
         raise InputError(f"--out {out}: a landscape is written as {' or '.join(SUFFIXES)}")
     check_writable(out)
-    model, dataset = load_model(ckpt, data)
+    model, dataset = load_model(ckpt, data, file)
     index = model.motion_index(motion)
     compared = _target(model, dataset, index, target, file or FileFlags())
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from PIL import Image, ImageChops
 
 from ...core import InputError
+from ...robot.reading import NOTHING_SAID, Said
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -58,6 +59,7 @@ def take_screenshot(
     size: tuple[int, int],
     out: str | os.PathLike[str],
     data: str | None = None,
+    said: Said = NOTHING_SAID,
     robot: str = "pepper",
 ) -> None:
     """Start the app on a free port, wait until everything is drawn, and write a PNG.
@@ -85,6 +87,7 @@ def take_screenshot(
             port=0,
             robot=robot,
             data=data,
+            said=said,
             motion=motion,
             frame=frame,
             state_code=state_code,

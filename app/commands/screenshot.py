@@ -8,7 +8,7 @@ from typing import Annotated
 
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
-from .flags import Data, Robot, read_by, whole
+from .flags import Data, FileFlags, Robot, read_by, whole
 
 SMALLEST, LARGEST = (320, 240), (7680, 4320)
 
@@ -28,6 +28,7 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def run(
+    file: FileFlags | None = None,
     *,
     ckpt: tuple[str, ...] = ("strong.pt",),
     motion: str | None = None,
@@ -62,6 +63,7 @@ def run(
             size=size,
             out=beside,
             data=data,
+            said=(file or FileFlags()).said,
             robot=robot,
         )
     print(out)

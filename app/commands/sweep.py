@@ -18,7 +18,7 @@ from ...core.errors import InputError
 from ...core.files import check_writable
 from ...core.paper.sweep import CONDITIONS, PB_DIMS, Attempt, Cell, Result, Sweep, attempt, grid
 from ...core.paper.sweep_table import table
-from .flags import FLAGS, SEEDS, Data, DeviceName, note, one_of, read_by, several, whole
+from .flags import FLAGS, SEEDS, Data, DeviceName, FileFlags, note, one_of, read_by, several, whole
 from .parallel import Backend, parallel_backend
 from .progress import progress_bar
 from .tables import print_table, sweep_table, write_json
@@ -88,13 +88,13 @@ class _SoFar:
         return [cell for cell in self.cells if cell not in self.results]
 
 
-def run(flags: Flags) -> None:
+def run(flags: Flags, file: FileFlags | None = None) -> None:
     _check_flags(flags)
     from ...robot.data import load_dataset
 
     cells = grid(flags.conditions, flags.pb_dims, flags.seeds)
     sweep = Sweep(
-        dataset=load_dataset(flags.data),
+        dataset=load_dataset(flags.data, said=(file or FileFlags()).said),
         folder=_folder(flags.out),
         epochs=flags.epochs,
         hidden_size=flags.hidden_size,

@@ -26,6 +26,7 @@ from ...core.model import RNNPB, UNKNOWN_LENGTH
 from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
 from ...robot.eyes import load_eyes
+from ...robot.reading import NOTHING_SAID, Said
 from ..engine.engine import Engine
 from ..state import intents as do
 from ..state.document import Document, EyeTrack
@@ -65,6 +66,7 @@ class ServerOptions:
     allow_frames: tuple[str, ...] = ()  # sites that may embed it
     robot: str = "pepper"
     data: str | None = None
+    said: Said = NOTHING_SAID  # of the data's files
     device: str = "auto"
     seed: int = 0
     motion: str | None = None  # to open with, of the first model
@@ -172,12 +174,19 @@ def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
 def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> Facts:
     eyes = {} if options.data is None else eye_tracks(options.data)
     names = model_names(options.checkpoints)
-    read = cache(load_dataset)  # models of the same joints share their motions
+
+    @cache  # models of the same joints share their motions
+    def read(data: str, joints: tuple[str, ...], fps: float) -> Dataset:
+        dataset = load_dataset(data, joints, options.said, fps)
+        for remark in dataset.remarks:
+            log.warning("%s", remark)
+        return dataset
+
     return tuple(
         _describe(
             model,
             name,
-            None if options.data is None else read(options.data, model.info.joints),
+            None if options.data is None else read(options.data, model.info.joints, model.info.fps),
             eyes,
         )
         for model, name in zip(models, names, strict=True)

@@ -14,7 +14,14 @@ from ...core.errors import InputError
 from ...core.motion import MAX_CSV_BYTES
 from ...robot.description import Robot
 from ...robot.eyes import parse_eye_colors
-from ...robot.reading import SUFFIXES, Reading, Said, Unclear, read_motions
+from ...robot.reading import (
+    NOTHING_SAID,
+    SUFFIXES,
+    Reading,
+    Said,
+    Unclear,
+    read_motions,
+)
 from ..state import intents as do
 from ..state.document import EyeTrack, target_of_motion
 from ..state.facts import ModelFacts
@@ -25,7 +32,6 @@ MAX_KEPT_BYTES = 2_000_000  # of a file that can be read once more as something 
 TOO_LARGE = f"the file is larger than {MAX_UPLOAD_BYTES // 1_000_000} MB"
 MAX_NAME = 76  # characters
 CODE_SUFFIX = ".rnnpb"  # of a state code that is too long for a line
-NOTHING_SAID = Said()
 log = logging.getLogger(__name__)
 
 

@@ -3,10 +3,11 @@
 from .columns import NoJoints
 from .files import SUFFIXES
 from .raw import Unclear, Unit
-from .reader import Reading, Said, joints_in, read_file, read_motion, read_motions
+from .reader import NOTHING_SAID, Reading, Said, joints_in, read_file, read_motion, read_motions
 from .units import Hands
 
 __all__ = [
+    "NOTHING_SAID",
     "SUFFIXES",
     "Hands",
     "NoJoints",

@@ -41,6 +41,9 @@ class Said:
     hands: Hands | None = None
 
 
+NOTHING_SAID = Said()
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """What was understood of a file.

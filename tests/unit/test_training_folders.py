@@ -103,6 +103,9 @@ def test_a_unit_that_is_asked_for_can_be_said(rnnpb: Rnnpb) -> None:
     assert done.code == 0
     assert "3 joints: j1, j2, j3" in done.err  # before it starts
     assert "2 motions of 40 to 40 frames at 25 Hz: a, b" in done.err
+    measured = ("evaluate", "--ckpt", "M.pt", "--data", str(TRAIN / "degrees"), "--samples", "2")
+    assert "Say --unit radians or degrees" in rnnpb.refuses(*measured)
+    assert rnnpb(*measured, "--unit", "degrees").code == 0
 
 
 def test_mixed_rates_become_one_and_that_is_said(tmp_path: Path) -> None:
@@ -116,6 +119,12 @@ def test_mixed_rates_become_one_and_that_is_said(tmp_path: Path) -> None:
     assert any("c.csv: 25 Hz" in one and "to 50 Hz" in one for one in dataset.remarks)
     times = np.arange(39) * 0.02
     np.testing.assert_allclose(dataset.motions[2].positions[:, 0], np.sin(times), atol=1e-3)
+
+
+def test_data_come_at_the_rate_that_a_model_has() -> None:
+    dataset = load_dataset(TRAIN / "time-column_time", fps=50.0)
+    assert dataset.fps == 50.0
+    assert [len(motion) for motion in dataset.motions] == [79, 79]
 
 
 def test_files_of_other_kinds_lie_beside_motions(tmp_path: Path) -> None:
