@@ -49,7 +49,9 @@ def test_the_limited_motion_moves_beside_the_raw_one(explorer: ExplorerPage) -> 
     explorer.wait_for("part.robots.robots[1]?.copies[0]?.nodes.every(Boolean)")
     explorer.wait_for("part.robots.robots[1].motion && part.robots.unsettled === 0")
     assert not agree(explorer.pose(1), explorer.pose()), "the limited motion is the raw one"
-    explorer.until(lambda: explorer.names() == ["strong, raw", "strong, limited"], "the robots have no names")
+    explorer.until(
+        lambda: explorer.names() == ["strong, raw", "strong, limited"], "the robots have no names"
+    )
     explorer.screenshot("side-by-side")
     explorer.tick("Side by side", False)
     explorer.wait_for("part.robots.robots.length === 1")

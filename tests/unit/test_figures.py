@@ -99,7 +99,7 @@ def test_models_that_know_different_motions(rnnpb: Rnnpb) -> None:
         (("tiny.pt", "fewer.pt"), ["wave", "bow"]),  # in the order of the first
         (("fewer.pt", "tiny.pt"), ["bow", "wave"]),
     ):
-        models, dataset = _load(order, "data")
+        models, dataset = _load(order, "data", None)
         assert list(models) == [Path(name).stem for name in order]
         assert [motion.name for motion in dataset.motions] == expected
     assert rnnpb(*flags, "tiny.pt", "fewer.pt").code == 0
