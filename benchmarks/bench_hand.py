@@ -10,9 +10,8 @@ import os
 from typing import Literal
 
 import numpy as np
-import torch
 from playwright.sync_api import Page
-from timing import best_of
+from timing import step_by_step
 
 from rnnpb_explorer.app.commands.photograph import chromium, wait_until_ready
 from rnnpb_explorer.app.page.server import ServerOptions, start
@@ -20,6 +19,8 @@ from rnnpb_explorer.core.model import RNNPB
 
 Board = Literal["map", "landscape"]
 MOVES = 60
+# A hand on the landscape leaves it as it is; one on the map has it computed anew.
+WHERE: dict[Board, str] = {"landscape": "at rest", "map": "following"}
 SIZE = {"width": 1280, "height": 720}
 
 # Notes when the pointer moved, and when the motion that followed was there.
@@ -49,22 +50,18 @@ _SEEN = "(count) => window.hand.took.length >= count"
 def run(model: RNNPB) -> str:
     app = start(ServerOptions(port=0))
     try:
-        motion = app.opening.models[0].latent.motion
-        steps = model.info.lengths[motion]
-        with torch.inference_mode():
-            pb = model.mu[motion][None]
-            plain = best_of(lambda: model.generate_stepwise(pb, steps))
+        plain, line = step_by_step(model, app.opening.models[0].latent.motion)
         lines = [
             f"Hand to motion in a browser, {os.cpu_count()} cores for it and the server together",
-            f"  one motion of {steps} frames step by step, alone: {1e3 * plain:.1f} ms",
+            line,
         ]
         with chromium() as browser:
             page = browser.new_page(viewport=SIZE)
             page.goto(app.url)
             wait_until_ready(page)
             page.evaluate(_WATCH)
-            for board, words in (("landscape", "at rest"), ("map", "following")):
-                took = _drag(page, board)  # type: ignore[arg-type]
+            for board, words in WHERE.items():
+                took = _drag(page, board)
                 median, p95 = np.percentile(took, [50, 95])
                 lines.append(
                     f"  the landscape {words}: median {median:.0f} ms "

@@ -15,8 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-import torch
-from timing import best_of
+from timing import step_by_step
 
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
 from rnnpb_explorer.core.model import RNNPB
@@ -31,11 +30,8 @@ def run(model: RNNPB) -> str:
     lines = [f"Pages at once, {os.cpu_count()} cores for the server and its pages together"]
     try:
         motion = app.opening.models[0].latent.motion
-        steps = model.info.lengths[motion]
-        with torch.inference_mode():
-            pb = model.mu[motion][None]
-            plain = best_of(lambda: model.generate_stepwise(pb, steps))
-        lines.append(f"  one motion of {steps} frames step by step, alone: {1e3 * plain:.1f} ms")
+        plain, line = step_by_step(model, motion)
+        lines.append(line)
         _pages(app, 1, 1.0, "play")  # the first page pays for what all share
         for pages in DRAGGING:
             lines.append(_dragging(app, pages, motion, plain))

@@ -5,6 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+import torch
+
+from rnnpb_explorer.core.model import RNNPB
+
 
 def best_of(work: Callable[[], object], budget: float = 2.0, at_least: int = 3) -> float:
     """Seconds of the fastest run after a first one that does not count; others only add noise."""
@@ -32,3 +36,12 @@ class Table:
 
     def __str__(self) -> str:
         return "\n".join(self._lines)
+
+
+def step_by_step(model: RNNPB, motion: int) -> tuple[float, str]:
+    """Seconds for a learned motion as eqs. 6 to 8 stand, alone on the machine; and a line on it."""
+    steps = model.info.lengths[motion]
+    with torch.inference_mode():
+        pb = model.mu[motion][None]
+        seconds = best_of(lambda: model.generate_stepwise(pb, steps))
+    return seconds, f"  one motion of {steps} frames step by step, alone: {1e3 * seconds:.1f} ms"

@@ -21,6 +21,9 @@ from .errors import InputError
 
 _MAX_EMPTY_ROWS = 5_000
 _CONTROL = [chr(i) for i in range(32) if chr(i) not in "\t\n\r\f\v"]
+_LINE = re.compile(r"^.*\S.*$", re.M)
+_COMMENT = re.compile(r"^[ \t]*#.*$", re.M)
+_DATA = re.compile(r"^(?![ \t]*#).*\S.*$", re.M)
 _SEPARATOR_LINE = re.compile(r"sep=(.)", re.IGNORECASE)
 # No two parts can take the same digits: what is no number shows after one look at each character.
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -164,23 +167,19 @@ def _without_comments(text: str, names: Sequence[str]) -> str:
     """Comments left blank, so that rows keep their numbers; a header among them stays."""
     if "#" not in text:
         return text
-    lines = text.split("\n")
-    comments = [
-        i
-        for i, line in enumerate(lines)
-        if line.lstrip().startswith("#") and not _holds(line, names)
-    ]
-    first = next((i for i, line in enumerate(lines) if line.strip() and i not in comments), None)
-    before = [i for i in comments if first is not None and i < first]
-    header = before[-1] if before and first is not None else None
-    if header is not None and first is not None:
-        uncommented = lines[header].lstrip().removeprefix("#").lstrip()
-        if _is_header(uncommented, lines[first], names):
-            lines[header] = uncommented
-            comments.remove(header)
-    for i in comments:
-        lines[i] = ""
-    return "\n".join(lines)
+    top, data = _LINE.search(text), _DATA.search(text)
+    kept, header = None, ""
+    if top is not None and _holds(top[0], names):  # a header, whatever it begins with
+        kept, header = top, top[0]
+    elif data is not None:
+        kept = max(_COMMENT.finditer(text, 0, data.start()), key=re.Match.start, default=None)
+        header = "" if kept is None else kept[0].lstrip().removeprefix("#").lstrip()
+        if not _is_header(header, data[0], names):
+            kept = None
+    if kept is None:
+        return _COMMENT.sub("", text)
+    before, after = text[: kept.start()], text[kept.end() :]
+    return _COMMENT.sub("", before) + header + _COMMENT.sub("", after)
 
 
 def _holds(line: str, names: Sequence[str]) -> bool:

@@ -102,7 +102,7 @@ class Screen:
             add_help(gui)
         gui.add_html(NARROW_TABS)
         self._panels = (light, explore, recognise, robot, self._view)
-        self.show_file = recognise.show_file
+        self._recognise = recognise
 
     def _build_commands(self) -> None:
         add = self._client.gui.add_command
@@ -243,6 +243,10 @@ class Screen:
             color="green" if good else "red",
             auto_close_seconds=4.0 if good else 12.0,
         )
+
+    def show_file(self, file: do.ShowFile) -> None:
+        """Offer the motions of a file that was read."""
+        self._recognise.show_file(file)
 
     def show_code(self, code: str) -> None:
         """Write the state code where a person can copy it."""

@@ -57,5 +57,5 @@ def foreign_json(data: object) -> str:
             "/joint_states) would be right, or its points as CSV with a column a joint"
         )
     if {"framerate", "positions"} <= keys:
-        return f"seems to be a move recorded on a Poppy robot; {_TABLE}, --unit degrees"
+        return f"seems to be a move recorded on a Poppy robot, in degrees; {_TABLE}"
     return ""

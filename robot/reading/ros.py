@@ -17,6 +17,8 @@ _JOINT_STATE = re.compile(r"^name:", re.M)
 _NAME, _POSITION = re.compile(r"(.*\.)?name(\d+)"), re.compile(r"(.*\.)?position(\d+)")
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", re.ASCII)
 _NANO = 1e-9
+_FANCY = set("{}&*!|>?@`\t")
+MOST_INDENT = 8  # spaces
 
 
 def is_printed(text: str) -> bool:
@@ -36,8 +38,9 @@ def read_printed(text: str, source: str) -> Raw:
             f"{source} is too large to be read as printed messages (at most {MAX_BYTES / 1e6:g} "
             "MB); print them as a table (rostopic echo -p, ros2 topic echo --csv)"
         )
-    if "&" in text or "*" in text:  # YAML's way to make much of little
-        raise InputError(f"{source}: printed joint states have no references (& and *)")
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not _is_plain(line):
+            raise InputError(f"{source}, line {number}: this is no line of a printed joint state")
     import yaml  # for printed messages alone
 
     try:
@@ -64,6 +67,18 @@ def read_printed(text: str, source: str) -> Raw:
     if not rows:
         raise InputError(f"{source} has no joint states")
     return _joint_states(source, names, np.array(rows), np.array(times))
+
+
+def _is_plain(line: str) -> bool:
+    """Whether a line is a name, a value or a flat list.
+
+    YAML has ways to make much of little, and nesting that goes deep ends the whole process.
+    """
+    indent = len(line) - len(line.lstrip(" "))
+    item = line.strip(" ").removeprefix("- ")
+    flat = item.count("[") == item.count("]") <= 1
+    nested = item.startswith(("- ", "-\t")) or item == "-"
+    return indent <= MOST_INDENT and flat and not nested and not _FANCY & set(item)
 
 
 def read_table(table: CsvTable) -> Raw | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import InputError
+from ...core.motion import MAX_FRAMES
 from .columns import Column, named_for
 from .layout import Rows
 from .raw import Array, Raw
@@ -125,7 +126,11 @@ def stamped(values: Array, where: str) -> Clock:
 
 
 def resampled(positions: Array, clock: Clock, fps: float) -> Array:
-    """(T', J) the motion (T, J) at another rate, straight between frames."""
+    """(T', J) the motion (T, J) at another rate, straight between frames.
+
+    Raises:
+        InputError: more frames than a motion has.
+    """
     uneven = clock.times is not None and bool(clock.remarks)
     if abs(clock.fps / fps - 1) < SAME and not uneven:
         return positions
@@ -133,5 +138,10 @@ def resampled(positions: Array, clock: Clock, fps: float) -> Array:
     if not uneven:
         times = np.arange(len(positions)) / clock.fps  # stamps are rounded, the rate is not
     frames = int(np.floor(times[-1] * fps + 1e-6)) + 1
+    if frames > MAX_FRAMES:
+        raise InputError(
+            f"{clock.source}: from the first frame to the last it is {times[-1]:.4g} s, at {fps:g} "
+            f"Hz {frames:,} frames; a motion has at most {MAX_FRAMES:,}"
+        )
     at = np.arange(frames) / fps
     return np.column_stack([np.interp(at, times, column) for column in positions.T])

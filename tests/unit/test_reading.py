@@ -279,6 +279,40 @@ def test_our_own_files_come_back(file_format: str, control: NDArray[np.float32])
     np.testing.assert_allclose(back.positions, control, atol=1e-6)
 
 
+EASED = """
+names = ["HeadYaw"]
+times = [[0.5, 1.5]]
+keys = [[[0.0, [3, -0.1, 0.0], [3, {after}, 0.0]], [1.0, [3, {before}, 0.0], [3, 0.1, 0.0]]]]
+"""
+EASED_QIANIM = """<Animation><ActuatorCurve actuator="HeadYaw" unit="radian" fps="10">
+<Key frame="0" value="0"><Tangent side="right" interpType="bezier" abscissaParam="{after}"
+ordinateParam="0"/></Key>
+<Key frame="10" value="1"><Tangent side="left" interpType="bezier_auto" abscissaParam="{before}"
+ordinateParam="0"/></Key></ActuatorCurve></Animation>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "unit"), [("x.py", EASED, 1), ("x.qianim", EASED_QIANIM, 10)]
+)
+def test_handles_bend_the_way_between_keys(name: str, text: str, unit: float) -> None:
+    """With handles of a third of the way time is the parameter itself, and the way is known."""
+    content = text.format(after=unit / 3, before=-unit / 3).encode()
+    motion = read_motions(content, name, ("HeadYaw",), fps=25.0).motion()
+    t = np.arange(26) / 25
+    np.testing.assert_allclose(motion.positions[:, 0], 3 * t**2 - 2 * t**3, atol=1e-3)
+    # A long handle after the first key and none before the last: time runs ahead of the parameter.
+    content = text.format(after=0.9 * unit, before=0).encode()
+    late = read_motions(content, name, ("HeadYaw",), fps=25.0).motion().positions[:, 0]
+    u = np.linspace(0, 1, 2001)
+    at = 3 * 0.9 * u * (1 - u) ** 2 + 3 * u**2 * (1 - u) + u**3
+    np.testing.assert_allclose(late, np.interp(t, at, 3 * u**2 - 2 * u**3), atol=2e-3)
+
+
+def test_a_first_line_may_say_what_separates() -> None:
+    motion = read_motions(b"sep=|\nHeadYaw|RHand\n0.1|0.5\n0.2|0.6\n", "x.csv", ("RHand",)).motion()
+    np.testing.assert_allclose(motion.positions[:, 0], [0.5, 0.6])
+
+
 def test_a_script_is_read_not_run(tmp_path: Path) -> None:
     mark = tmp_path / "ran"
     with pytest.raises(InputError, match="neither a script that was exported here nor"):
@@ -471,6 +505,31 @@ def test_whatever_comes_in_is_a_motion_or_one_line(joints: tuple[str, ...] | Non
                     assert np.isfinite(motion.positions).all(), name
                 assert not any("\n" in remark for remark in reading.remarks)
             assert time.perf_counter() - began < 20, name  # only what would never end
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "[" * 100_000,
+        "\n" + "- " * 100_000,
+        "\n" + "[\n" * 100_000,
+        "\n" + "? " * 100_000,
+        "&a [*a]",
+    ],
+    ids=["lists", "dashes", "lines", "keys", "references"],
+)
+def test_messages_that_nest_deep_are_refused_before_they_are_parsed(value: str) -> None:
+    """The parser would take the whole process down."""
+    with pytest.raises(InputError, match="this is no line of a printed joint state"):
+        read_motions(f"name:\nposition: {value}".encode(), "x.yaml", PEPPER_JOINTS)
+
+
+@pytest.mark.parametrize("end", ["9e9", "1e15", "1000"])
+def test_stamps_that_are_far_apart_are_refused_before_there_are_frames(end: str) -> None:
+    rows = "".join(f"{0.001 * i:g},0\n" for i in range(6))
+    content = f"time,HeadYaw\n{rows}{end},0\n".encode()
+    with pytest.raises(InputError, match="frames; a motion has at most 5,000"):
+        read_motions(content, "x.csv", ("HeadYaw",), fps=25.0)
 
 
 def test_a_large_file_is_not_read() -> None:
