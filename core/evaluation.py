@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 from .model import RNNPB
 from .motion import Motion
-from .recognition import observed_losses
+from .observation import Observation
 
 
 def reconstruction(
@@ -58,6 +58,6 @@ def _errors(
             )
         noise = random.standard_normal((samples, len(mu))) if samples else np.zeros((1, len(mu)))
         pbs = mu + sigma * torch.as_tensor(noise).to(mu)
-        target = torch.as_tensor(motion.positions).to(mu)
-        rows.append(observed_losses(model, pbs, target).double().cpu().numpy())
+        losses = Observation.of(model, motion.positions).losses_of(model, pbs)
+        rows.append(losses.double().cpu().numpy())
     return np.stack(rows)

@@ -1,4 +1,4 @@
-"""Writing files so that an existing one is replaced whole or not at all."""
+"""Writing files so that an existing one is replaced whole or not at all; the user's cache."""
 
 from __future__ import annotations
 
@@ -7,7 +7,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import platformdirs
+
 from .errors import InputError
+
+CACHE_VARIABLE = "RNNPB_EXPLORER_CACHE"  # names another folder than the user's cache
+
+
+def cache_folder(name: str) -> Path:
+    """Where in the user's cache things of one kind lie; it need not be there yet."""
+    return (
+        Path(os.environ.get(CACHE_VARIABLE) or platformdirs.user_cache_dir("rnnpb-explorer")) / name
+    )
 
 
 def check_writable(path: str | os.PathLike[str]) -> Path:

@@ -210,3 +210,8 @@ def kl_divergence(mu: Tensor, log_var: Tensor) -> Tensor:
     sum.
     """
     return 0.5 * (mu.square() + log_var.exp() - 1 - log_var).sum()
+
+
+def gaussian_kl(mu: Tensor, sigma: Tensor) -> Tensor:
+    """(B,) the same for each of B Gaussians (B, D), given their sigma; infinite where it is."""
+    return 0.5 * (mu.square() + sigma.square() - 1 - 2 * sigma.log()).sum(dim=1)

@@ -14,6 +14,10 @@ it was; the next iteration generates the same motion again, whose loss is no lon
 threshold, and makes the gradient step. Wherever it improves it stands still for one iteration, as
 published.
 
+The KL term of training (eqs. 3 and 5) is no part of this loss. It can be switched on (`beta`): what
+is minimised is then the squared error summed over joints and averaged over frames, plus beta times
+KL(N(mu, sigma^2) || N(0, I)), as in training, divided by the number of observed joints.
+
 All trials run as one batch, yet each has its own noise, threshold and Adam state: trial k goes the
 way that it goes alone.
 """
@@ -21,18 +25,20 @@ way that it goes alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import cast
+from typing import TypeVar, cast
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from .batching import batch_size, chunks
+from .batching import batch_size
 from .errors import Cancelled, InputError
-from .model import RNNPB
+from .model import RNNPB, gaussian_kl
+from .observation import Observation
 from .recognition_run import Array, RecognitionConfig, RecognitionStep
 
+StepT = TypeVar("StepT")
 RANDOM_SPREAD = 3.0  # standard deviation of the random warm start's candidates
 
 
@@ -51,24 +57,25 @@ def recognize(
             comes before the first and can take longer than all of them.
 
     Raises:
-        InputError: a target of another number of joints, too short, or not finite.
+        InputError: a target of another number of joints, too short, or not finite; a KL term for a
+            model without sigma.
         Cancelled: `cancelled` said so.
     """
-    config = config or RecognitionConfig()
-    pieces = recognition_pieces(model, target, config)
-    return _steps(pieces, cancelled or _never)
+    return whole_steps(recognition_pieces(model, target, config or RecognitionConfig()), cancelled)
 
 
-def _never() -> bool:
-    return False
+def whole_steps(
+    pieces: Iterator[StepT | None], cancelled: Callable[[], bool] | None
+) -> Iterator[StepT]:
+    """The steps alone of pieces between which `cancelled` is asked; nothing learns from them.
 
-
-def _steps(
-    pieces: Iterator[RecognitionStep | None], cancelled: Callable[[], bool]
-) -> Iterator[RecognitionStep]:
-    while not cancelled():
+    Raises:
+        Cancelled: it said so.
+    """
+    while cancelled is None or not cancelled():
         try:
-            piece = next(pieces)
+            with torch.no_grad():
+                piece = next(pieces)
         except StopIteration:
             return
         if piece is not None:
@@ -87,40 +94,23 @@ def recognition_pieces(
     Raises:
         InputError: see `recognize`.
     """
-    return _pieces(model, check_target(model, target, config.observed), config, at_once)
-
-
-def check_target(model: RNNPB, target: ArrayLike, observed: float) -> Tensor:
-    """The target as (T, J) tensor on the model's device.
-
-    Raises:
-        InputError: see `recognize`.
-    """
-    motion = torch.as_tensor(np.array(target, dtype=np.float32)).to(model.mu)
-    if motion.ndim != 2 or motion.shape[1] != model.config.num_joints:
-        raise InputError(
-            f"the target has shape {tuple(motion.shape)}, "
-            f"the model generates (frames, {model.config.num_joints})"
-        )
-    if int(observed * len(motion)) < 1:
-        raise InputError(f"{observed} of {len(motion)} frames leaves none to observe")
-    if not torch.isfinite(motion).all():
-        raise InputError("the target holds NaN or infinity")
-    return motion
+    if config.beta and not model.stochastic:
+        raise InputError("a deterministic model has no sigma, and so no KL term to minimise")
+    observation = Observation.of(model, target, config.observed, config.joints)
+    return _pieces(model, observation, config, at_once)
 
 
 def _pieces(
-    model: RNNPB, target: Tensor, config: RecognitionConfig, at_once: int | None
+    model: RNNPB, seen: Observation, config: RecognitionConfig, at_once: int | None
 ) -> Iterator[RecognitionStep | None]:
-    observed = int(config.observed * len(target))
     trials = range(config.first_trial, config.first_trial + config.trials)
     streams = [np.random.default_rng([config.seed, trial]) for trial in trials]
     candidates = _candidates(model, config, streams)  # (1 or K, n, D)
     distances: list[Tensor] = []
     if candidates.shape[1] > 1:
         pbs = candidates.flatten(0, 1)
-        for chunk in pbs.split(at_once or batch_size(observed)):
-            distances.append(observed_losses(model, chunk, target[:observed]))
+        for chunk in pbs.split(at_once or batch_size(seen.frames)):
+            distances.append(seen.losses_of(model, chunk))
             yield None
     starts = _closest(candidates, distances).repeat(config.trials // len(candidates), 1)  # (K, D)
     draws = [stream.standard_normal((config.iterations, starts.shape[1])) for stream in streams]
@@ -129,15 +119,18 @@ def _pieces(
     belief = torch.cat([starts, torch.zeros_like(starts)], dim=1)  # (K, 2 D): mu, log sigma^2
     adam = _TrialAdam(belief, config.learning_rate)
     best = torch.full_like(starts[:, 0], config.threshold)  # (K,)
+    weight = config.beta / len(seen.joints)  # of the KL term beside an average over joints
     for iteration in range(config.iterations):
         mu, sigma = _mu_sigma(model, belief)
         pb = mu + sigma * noise[iteration]  # eq. 1
-        output, losses, gradient = _compare(model, pb, target, observed)
-        early = losses < best
-        best = torch.where(early, losses, best)
-        # The chain rule of eq. 1, with sigma = exp(log sigma^2 / 2).
-        gradient = torch.cat([gradient, gradient * noise[iteration] * sigma / 2], dim=1)
-        belief = adam.step(belief, gradient, ~early)
+        output, losses, gradient = _compare(model, pb, seen)
+        kl = gaussian_kl(mu, sigma) if model.stochastic else torch.zeros_like(losses)
+        early = losses + weight * kl < best
+        best = torch.where(early, losses + weight * kl, best)
+        # The chain rule of eq. 1, with sigma = exp(log sigma^2 / 2), and the gradient of eq. 5.
+        for_mu = gradient + weight * mu
+        for_log_var = gradient * noise[iteration] * sigma / 2 + weight * (sigma**2 - 1) / 2
+        belief = adam.step(belief, torch.cat([for_mu, for_log_var], dim=1), ~early)
         belief[early, :pb_dim] = pb[early]
         mu_next, sigma_next = _mu_sigma(model, belief)
         yield RecognitionStep(
@@ -146,7 +139,9 @@ def _pieces(
             sigma=to_numpy(sigma),
             pb=to_numpy(pb),
             loss=to_numpy(losses),
-            prediction_error=to_numpy((output - target)[:, observed:].square().mean(dim=(1, 2))),
+            kl=to_numpy(kl),
+            explained=to_numpy(seen.explained(losses)),
+            prediction_error=to_numpy(seen.prediction_errors(output)),
             early_update=early.cpu().numpy(),
             output=to_numpy(output),
             mu_next=to_numpy(mu_next),
@@ -160,14 +155,12 @@ def _mu_sigma(model: RNNPB, belief: Tensor) -> tuple[Tensor, Tensor]:
     return mu, sigma
 
 
-def _compare(
-    model: RNNPB, pb: Tensor, target: Tensor, observed: int
-) -> tuple[Tensor, Tensor, Tensor]:
+def _compare(model: RNNPB, pb: Tensor, seen: Observation) -> tuple[Tensor, Tensor, Tensor]:
     """Motions (K, T, J) of PBs (K, D), their losses (K,), and the losses' gradients (K, D)."""
     with torch.inference_mode(False), torch.enable_grad():
         leaf = pb.clone().requires_grad_()
-        output = model.generate(leaf, len(target))
-        losses = (output[:, :observed] - target[:observed]).square().mean(dim=(1, 2))
+        output = model.generate(leaf, len(seen.target))
+        losses = seen.losses(output)
         (gradient,) = torch.autograd.grad(losses.sum(), leaf)
     return output.detach(), losses.detach(), gradient
 
@@ -210,16 +203,6 @@ def _closest(candidates: Tensor, distances: list[Tensor]) -> Tensor:
         return candidates[:, 0]
     best = torch.cat(distances).view(candidates.shape[:2]).argmin(dim=1)
     return candidates[torch.arange(len(candidates)), best]
-
-
-@torch.no_grad()
-def observed_losses(model: RNNPB, pbs: Tensor, observation: Tensor) -> Tensor:
-    """(B,) squared error of the motions of PBs (B, D) against an observation (T, J), as a mean."""
-    frames = len(observation)
-    losses = []
-    for chunk in chunks(pbs, frames):
-        losses.append((model.generate(chunk, frames) - observation).square().mean(dim=(1, 2)))
-    return torch.cat(losses)
 
 
 def to_numpy(values: Tensor) -> Array:

@@ -14,7 +14,7 @@ import pooch
 import requests
 
 from ..core.errors import InputError
-from ..core.files import replacing
+from ..core.files import CACHE_VARIABLE, replacing
 
 REPOSITORY = "https://github.com/minamar/rebl-pepper-data"
 BASE_URL = (
@@ -25,7 +25,6 @@ SHA256 = {
     "data_raw.csv": "441d56396fdcc8606d4d5c576e05075c36c87f5d0509647c7d102ae82cca9eec",
     "labels_augmented.csv": "978455c051aa9c564cd7586951b4472b2bebb83392aa9134aac2649ec322ff98",
 }
-CACHE_VARIABLE = "RNNPB_EXPLORER_CACHE"  # names another folder than the user's cache
 RETRIES = 2
 TIMEOUT = 30.0  # seconds without an answer
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from ...core.errors import InputError
 from ...core.files import check_writable
+from .codebooks import whole_codebook
 from .flags import (
     FLAGS,
     Checkpoints,
@@ -17,6 +20,7 @@ from .flags import (
     load_model,
     one_of,
     read_by,
+    read_target,
     several,
     whole,
 )
@@ -50,7 +54,8 @@ class Flags:
         draws: recognition: sets of ten novel patterns, by seed, seed + 1, ..
         trials: recognition: of a pattern
         iterations: recognition: of a trial
-        lm: recognition: Levenberg-Marquardt, too, from as many learned mu as there are trials
+        targets: recognition: of this motion, or of those in this folder, instead of novel patterns
+        lm: recognition: Levenberg-Marquardt from the closest learned mu, too
         json: write the tables to this file, too
     """
 
@@ -61,6 +66,7 @@ class Flags:
     draws: Annotated[int, read_by(whole(1, 1_000))] = 1
     trials: Annotated[int, read_by(whole(1, 1_000))] = 10
     iterations: Annotated[int, read_by(whole(1, 100_000))] = 100
+    targets: Path | None = None
     lm: bool = False
     seed: Seed = 0
     device: DeviceName = "auto"
@@ -112,7 +118,9 @@ def _subject(checkpoint: str, flags: Flags, file: FileFlags | None) -> _Subject:
     model, dataset = load_model(checkpoint, flags.data, file)
     motions = dataset.motions if dataset else ()
     patterns: list[Motion] = []
-    if "recognition" in flags.task:
+    if "recognition" in flags.task and flags.targets is not None:
+        patterns = _targets(flags.targets, model, file or FileFlags())
+    elif "recognition" in flags.task:
         for draw in _draws(flags):
             patterns += novel_patterns(motions, draw)
     facts = {
@@ -122,6 +130,16 @@ def _subject(checkpoint: str, flags: Flags, file: FileFlags | None) -> _Subject:
         "pb_dim": model.config.pb_dim,
     }
     return _Subject(model.to(choose_device(flags.device)), motions, patterns, facts)
+
+
+def _targets(path: Path, model: RNNPB, file: FileFlags) -> list[Motion]:
+    """The motions of a file, or of all files in a folder."""
+    info = model.info
+    paths = sorted(one for one in path.iterdir() if one.is_file()) if path.is_dir() else [path]
+    motions = [read_target(one, info.joints, info.fps, file) for one in paths]
+    if not motions:
+        raise InputError(f"--targets {path}: no file lies there")
+    return motions
 
 
 def _draws(flags: Flags) -> range:
@@ -142,7 +160,7 @@ def _procedures(flags: Flags) -> tuple[Procedure, ...]:
     """The rows of Table II."""
     from ...core.paper.recognition_table import WARM_STARTS
 
-    return (*WARM_STARTS, "lm") if flags.lm else WARM_STARTS
+    return (*WARM_STARTS, "lm", "global") if flags.lm else (*WARM_STARTS, "global")
 
 
 def _reconstruction(subject: _Subject, flags: Flags, done: Callable[[], object]) -> list[Row]:
@@ -167,6 +185,7 @@ def _recognition(subject: _Subject, flags: Flags, done: Callable[[], object]) ->
     """The cells of Table II in one column: a row for each warm start."""
     from ...core.paper.recognition_table import recognition_row
 
+    codebook = whole_codebook(subject.model)
     settings = {"trials": flags.trials, "iterations": flags.iterations}
     return [
         asdict(
@@ -176,11 +195,15 @@ def _recognition(subject: _Subject, flags: Flags, done: Callable[[], object]) ->
                 subject.patterns,
                 **settings,
                 seed=flags.seed,
+                codebook=codebook,
                 recognized=done,
             )
         )
         | settings
-        | {"draws": list(_draws(flags)), "patterns": len(subject.patterns)}
+        | {
+            "draws": [] if flags.targets else list(_draws(flags)),
+            "patterns": len(subject.patterns),
+        }
         for warm_start in _procedures(flags)
     ]
 

@@ -130,6 +130,12 @@ Seed = Annotated[int, read_by(SEEDS), Parameter(help="of the random numbers")]
 MotionInFile = Annotated[
     str | None, Parameter(name="motion", help="which one, where the file holds several")
 ]
+Joints = Annotated[
+    tuple[str, ...],
+    read_by(
+        lambda text: () if text.strip() == "all" else several(str.strip)(text), "NAME,..", "all"
+    ),
+]
 FPS = (0.5, 10_000.0)  # that a file may have
 
 
@@ -217,6 +223,20 @@ def load_model(
     dataset = loaded.for_model(model)
     model.info = dataset.complete(model)
     return model, dataset
+
+
+def joint_indices(names: tuple[str, ...], joints: tuple[str, ...]) -> tuple[int, ...]:
+    """Which of a model's joints are named; () for none, which means all.
+
+    Raises:
+        InputError: the model has no joint of a name.
+    """
+    from ...core.errors import InputError
+
+    for name in names:
+        if name not in joints:
+            raise InputError(f"--joints: no joint {name[:40]!r}; there are: {', '.join(joints)}")
+    return tuple(joints.index(name) for name in names)
 
 
 def note(text: str) -> None:

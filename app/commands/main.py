@@ -13,6 +13,7 @@ COMMANDS = {
     "generate": "Generate motions from a PB.",
     "landscape": "Correlate motions around a learned PB with a target.",
     "recognize": "Find the PB that explains a motion.",
+    "follow": "Recognise a motion while it arrives.",
     "convert": "Read a motion file of any kind, and write it as one of our own.",
     "train": "Train a model on motions.",
     "evaluate": "Measure checkpoints as the paper does.",

@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from ...core.errors import InputError
 from ...core.files import check_writable, replacing
 from ...core.motion import Motion
+from ...core.verdict import explained, explained_words
+from .codebooks import whole_codebook
 from .flags import (
     FLAGS,
     Checkpoint,
     DeviceName,
     FileFlags,
+    Joints,
     MotionInFile,
     Seed,
     WarmStart,
+    joint_indices,
     load_model,
     read_by,
     read_target,
@@ -43,8 +47,11 @@ class Settings:
     Args:
         candidates: draws of the warm start random
         observed: share of the frames that is seen
-        method: paper is the published procedure; lm is Levenberg-Marquardt without sampling, whose
-            trials start from the closest learned mu
+        method: global is Levenberg-Marquardt without sampling, whose trials start from the closest
+            entries of a codebook, which is made once a model; lm the same from the closest learned
+            mu; paper is the published procedure
+        joints: that are seen, by name; the others are inferred
+        beta: weight of the KL term, which is no part of what is minimised by default
     """
 
     init: WarmStart = "learned"
@@ -52,7 +59,9 @@ class Settings:
     observed: Annotated[float, read_by(real(above=0.0, maximum=1.0))] = 0.8
     iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS))] = 100
     trials: Annotated[int, read_by(whole(1, MAX_TRIALS))] = 10
-    method: Literal["paper", "lm"] = "paper"
+    method: Literal["global", "lm", "paper"] = "global"
+    joints: Joints = ()
+    beta: Annotated[float, read_by(real(0.0, 1e6))] = 0.0
     seed: Seed = 0
 
 
@@ -67,7 +76,7 @@ def run(
     device: DeviceName = "auto",
     out: Path,
 ) -> None:
-    """Write every trial's path, and print how well the last and the best iterates explain it.
+    """Write every trial's path, and print how well they explain the motion, and the verdict.
 
     Args:
         path: the file with the motion to recognise
@@ -81,11 +90,13 @@ def run(
     info = model.info
     target = read_target(path, info.joints, info.fps, file or FileFlags(), motion)
 
+    seen = joint_indices(settings.joints, info.joints)
+
     from ...core.device import choose_device
     from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(device))
-    steps = _steps(model, target, settings)
+    steps = _steps(model, target, settings, seen)
     result = RecognitionResult.from_steps(steps_bar(steps, settings.iterations, "recognising"))
     with replacing(out) as beside:
         result.save(beside)
@@ -98,16 +109,29 @@ def run(
             f"best iterate {best.mean():.6f} (sd {best.std():.6f}), "
             f"best trial {best[result.best_trial]:.6f}"
         )
+    observed = int(settings.observed * len(target))
+    best_output = result.best_output[result.best_trial]
+    share = explained(best_output, target.positions, observed, seen or None)
+    print(f"{share.verdict}: {explained_words(share)}")
 
 
-def _steps(model: RNNPB, motion: Motion, settings: Settings) -> Iterator[RecognitionStep]:
+def _steps(
+    model: RNNPB, motion: Motion, settings: Settings, joints: tuple[int, ...]
+) -> Iterator[RecognitionStep]:
     from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
     from ...core.recognition_run import RecognitionConfig
 
-    if settings.method == "lm":
-        lm = LMConfig(settings.trials, settings.observed, settings.iterations)
-        return recognize_lm(model, motion.positions, lm)
+    if settings.method != "paper":
+        lm = LMConfig(
+            settings.trials,
+            settings.observed,
+            settings.iterations,
+            joints=joints,
+            beta=settings.beta,
+        )
+        codebook = whole_codebook(model) if settings.method == "global" else None
+        return recognize_lm(model, motion.positions, lm, codebook=codebook)
     config = RecognitionConfig(
         init=settings.init,
         candidates=settings.candidates,
@@ -115,5 +139,7 @@ def _steps(model: RNNPB, motion: Motion, settings: Settings) -> Iterator[Recogni
         iterations=settings.iterations,
         trials=settings.trials,
         seed=settings.seed,
+        joints=joints,
+        beta=settings.beta,
     )
     return recognize(model, motion.positions, config)

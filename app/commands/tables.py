@@ -50,18 +50,25 @@ def reconstruction_table(rows: Sequence[Row]) -> Table:
 
 
 def recognition_tables(rows: Sequence[Row]) -> list[Table]:
-    """Table II for these checkpoints: reconstruction loss, then prediction error."""
+    """Table II for these checkpoints: reconstruction loss, then prediction error.
+
+    A search by Levenberg-Marquardt is one run, which stands in all three columns.
+    """
     first = rows[0]
     trials = first["trials"]
-    runs = f"{first['patterns']} novel patterns x {trials} trials"
+    kind = "novel patterns" if first["draws"] else "given motions"
+    runs = f"{first['patterns']} {kind} x {trials} trials"
     columns = ("last iterate", "best iterate", f"best of {trials} trials")
     tables = []
-    for name in ("reconstruction_loss", "prediction_error"):
+    for name, more in (("reconstruction_loss", "explained"), ("prediction_error", "s a motion")):
         title = name.replace("_", " ").capitalize()
-        table = _table(f"{title} of {runs} (Table II): mean (sd)", ("warm start", *columns))
+        table = _table(f"{title} of {runs} (Table II): mean (sd)", ("warm start", *columns, more))
         for row in rows:
             spreads = (row[name][way] for way in ("last_iterate", "best_iterate", "best_of_trials"))
-            table.add_row(*_facts(row), row["warm_start"], *map(_spread, spreads))
+            last = f"{row['explained']['mean']:.0%}"
+            if more != "explained":
+                last = f"{row['seconds']:.2f}"
+            table.add_row(*_facts(row), row["warm_start"], *map(_spread, spreads), last)
         tables.append(table)
     return tables
 

@@ -6,14 +6,18 @@ from collections import OrderedDict
 from dataclasses import replace
 from typing import assert_never
 
+import numpy as np
+
 from ..state.results import (
+    BeliefResult,
+    CodebookResult,
     ExportedFile,
     LandscapeResult,
     MotionResult,
     RecognitionTrace,
     Result,
 )
-from ..state.work import LandscapeWork, RecogniseWork, Work
+from ..state.work import BeliefWork, LandscapeWork, RecogniseWork, Work
 
 MAX_BYTES = 64_000_000
 EACH = 2_000  # of a result, besides its arrays
@@ -59,14 +63,14 @@ def _key(work: Work) -> Work:
 
 def _longer(known: Result, result: Result) -> Result:
     if isinstance(known, RecognitionTrace) and isinstance(result, RecognitionTrace):
-        return max(known, result, key=lambda trace: trace.iterations)
+        return known if known.iterations > result.iterations else result
     return result
 
 
 def _size(work: Work, result: Result) -> int:
     """Bytes, those of the motion that the work holds included."""
     held = 0
-    if isinstance(work, LandscapeWork | RecogniseWork) and work.target is not None:
+    if isinstance(work, LandscapeWork | RecogniseWork | BeliefWork) and work.target is not None:
         held = len(work.target.positions) + len(work.target.eyes)
     match result:
         case MotionResult(positions, check):
@@ -76,9 +80,16 @@ def _size(work: Work, result: Result) -> int:
         case LandscapeResult(values):
             held += values.correlation.nbytes
         case RecognitionTrace():
-            arrays = (getattr(result, name) for name in result.__dataclass_fields__)
+            fields = (getattr(result, name) for name in result.__dataclass_fields__)
+            arrays = [field for field in fields if isinstance(field, np.ndarray)]
+            if result.posterior is not None:
+                arrays += [result.posterior.covariance, result.posterior.deviation]
             # Views of the whole run's arrays, which they keep.
             held += sum(one.nbytes if one.base is None else one.base.nbytes for one in arrays)
+        case BeliefResult(cloud, motions):
+            held += cloud.pbs.nbytes + cloud.weights.nbytes + sum(one.nbytes for one in motions)
+        case CodebookResult():
+            pass
         case ExportedFile(_, content, _):
             held += len(content)
         case _:

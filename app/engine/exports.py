@@ -38,7 +38,7 @@ def _file(work: ExportWork, sources: Sources, positions: NDArray[np.float32]) ->
     )
     file_name = re.sub(r"[^\w.+-]+", "_", work.name)[:80] + exported.suffix
     summary = export_summary(file_name, exported, insisted=work.options.beyond_limits)
-    return ExportedFile(file_name, exported.content, summary)
+    return ExportedFile(file_name, exported.content.encode(), summary)
 
 
 def export_summary(file_name: str, export: Export, *, insisted: bool) -> str:

@@ -23,9 +23,11 @@ class Priority(IntEnum):
     MOTION = 0
     CHECK = 1
     EXPORT = 2
-    COARSE = 3  # landscapes, as long as they are coarse
-    RECOGNITION = 4
-    COMPLETE = 5  # landscapes, the rest of them
+    LIVE = 3  # a frame of a motion that arrives
+    COARSE = 4  # landscapes, as long as they are coarse
+    RECOGNITION = 5
+    COMPLETE = 6  # landscapes, the rest of them
+    CODEBOOK = 7
 
 
 class Task:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.codebook import Codebook
 from ...core.model import RNNPB
 from ...core.motion import Motion
 from ...robot.description import Robot
@@ -21,6 +23,7 @@ class Sources:
     data: of each model, of each of its motions: the training motion where the app has it.
     workers: how many pieces can be done at the same time.
     reconstructions: what stands in for training motions, by model and motion, once it is known.
+    codebooks: by model, once somebody has asked for one.
     """
 
     models: tuple[RNNPB, ...]
@@ -29,3 +32,12 @@ class Sources:
     workers: int = 1
     rest_seconds: float = REST_SECONDS
     reconstructions: dict[tuple[int, int], NDArray[np.float32]] = field(default_factory=dict)
+    codebooks: dict[int, Codebook] = field(default_factory=dict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def codebook(self, model: int) -> Codebook:
+        """The one codebook of a model, as far as it has grown."""
+        with self.lock:
+            if model not in self.codebooks:
+                self.codebooks[model] = Codebook(self.models[model])
+            return self.codebooks[model]

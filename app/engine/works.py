@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from typing import assert_never
 
-from ..state.work import ExportWork, LandscapeWork, MotionWork, RecogniseWork, Work
+from ..state.work import (
+    BeliefWork,
+    CodebookWork,
+    ExportWork,
+    LandscapeWork,
+    MotionWork,
+    RecogniseWork,
+    TakeAwayWork,
+    Work,
+)
+from .beliefs import belief, codebook
 from .exports import export
 from .job import Steps
 from .landscapes import landscape
 from .motions import motion
 from .recognitions import recognition
 from .sources import Sources
+from .take_away import take_away
 
 
 def steps_of(sources: Sources, work: Work, wanted_at: float) -> Steps:
@@ -19,12 +30,18 @@ def steps_of(sources: Sources, work: Work, wanted_at: float) -> Steps:
         wanted_at: when a page first wanted it, on the engine's clock.
     """
     match work:
+        case CodebookWork():
+            return codebook(work, sources)
+        case BeliefWork():
+            return belief(work, sources)
+        case TakeAwayWork():
+            return take_away(work, sources)
         case MotionWork():
             return motion(work, sources)
         case LandscapeWork():
             return landscape(work, sources, wanted_at)
         case RecogniseWork():
-            return recognition(work, sources)
+            return recognition(work, sources, wanted_at)
         case ExportWork():
             return export(work, sources)
         case _:

@@ -95,6 +95,12 @@ class SelectMotion(Asked, frozen=True, tag=True):
     index: Annotated[int, Meta(ge=0, lt=1_000_000)]
 
 
+class SelectAdded(Asked, frozen=True, tag=True):
+    """index: among the points that were added to any map."""
+
+    index: Annotated[int, Meta(ge=0, lt=1_000)]
+
+
 class SetPlaying(Asked, frozen=True, tag=True):
     """frame: where playback was when it was started or stopped."""
 
@@ -169,6 +175,7 @@ ByHand = (
     MoveOnMap
     | MoveOnLandscape
     | SelectMotion
+    | SelectAdded
     | SetPlaying
     | Seek
     | SetSpeed

@@ -18,6 +18,8 @@ def intent_of(word: asked.ByHand, picture: Picture) -> do.Intent:
             return do.MoveOnLandscape(word.model, tuple(word.axes), tuple(word.to), word.gesture)
         case asked.SelectMotion(model, index):
             return do.SelectMotion(index, model)
+        case asked.SelectAdded(index):
+            return do.SelectAdded(index)
         case asked.SetPlaying(playing, frame):
             return do.SetPlaying(playing, frame)
         case asked.Seek(frame):

@@ -29,6 +29,7 @@ from .robots import ROOT, Part, RobotNames, cast_of, robots_shown
 from .shown import DocumentShown, LookShown, MotionShown, Shown
 from .stage import FOV, camera_position, room_of, stage_for
 from .views import (
+    cloud_shown,
     curves_shown,
     landscape_shown,
     map_shown,
@@ -140,8 +141,11 @@ class Screen:
         axes = (*active, document.landscape_axes)
         run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
         landscape = picture.landscape
-        self._put("map", (*active, document.colouring, latent.motion), lambda: map_shown(picture))
-        self._put("puck", (*axes, latent, self.heard), lambda: puck_shown(picture, self.heard))
+        points = (*active, document.colouring, latent.motion, document.added)
+        self._put("map", points, lambda: map_shown(picture))
+        puck = (*axes, latent, picture.posterior, self.heard)
+        self._put("puck", puck, lambda: puck_shown(picture, self.heard))
+        self._put("cloud", (*active, picture.belief), lambda: cloud_shown(picture))
         if landscape is not None:
             what = (landscape[1], picture.landscape_complete, latent.motion, document.use_target)
             self._put("landscape", (*axes, *what), lambda: landscape_shown(picture))
@@ -153,7 +157,10 @@ class Screen:
                 document.joint,
                 given_target(picture.facts, document, picture.active) or picture.reference(),
                 document.recognition.observed,
+                document.recognition.joints,
                 document.revealed,
+                picture.posterior,
+                None if picture.posterior is None else picture.motion(),
             ),
             lambda: curves_shown(picture),
         )
@@ -171,13 +178,15 @@ class Screen:
         self._names.show(picture, self._stage.robots)
 
     def _show_motions(self, picture: Picture) -> None:
-        checked = picture.checked
+        checked, settings = picture.checked, picture.document.recognition
         for robot, part in enumerate(cast_of(picture)):
             model = part.model
             if part.motion == "generated":
                 self._put_motion(picture, robot, part, picture.motion(model), picture.ghosts(model))
             elif part.motion == "target":
-                self._put_motion(picture, robot, part, picture.seen_target)
+                # Cut out of the target anew for every picture: what it is follows from these.
+                seen = (settings.observed, settings.joints, picture.document.revealed)
+                self._put_motion(picture, robot, part, picture.seen_target, follows_from=seen)
             elif checked is not None:
                 self._put_motion(picture, robot, part, checked.limited)
 
@@ -187,13 +196,14 @@ class Screen:
         robot: int,
         part: Part,
         motion: NDArray[np.float32] | None,
-        samples: tuple[NDArray[np.float32], ...] = (),
+        ghosts: tuple[NDArray[np.float32], ...] = (),
+        follows_from: tuple[object, ...] | None = None,
     ) -> None:
         if motion is None:
             return
         facts, document, model = self._facts, picture.document, part.model
-        if samples and len(samples[0]) != len(motion):
-            samples = ()  # of another motion
+        if ghosts and len(ghosts[0]) != len(motion):
+            ghosts = ()  # of another motion
 
         def shown() -> MotionShown:
             self._motions += 1
@@ -201,17 +211,19 @@ class Screen:
             return MotionShown(
                 robot,
                 self._motions,
-                motion,
+                np.nan_to_num(motion),  # what is hidden of a target's body stays at rest
                 facts[model].fps,
                 _rgb(eyes),
-                np.stack(samples) if samples else None,
+                np.stack(ghosts) if ghosts else None,
+                samples=document.ghosts,
                 ends=part.motion == "target" and not document.revealed,
             )
 
         of_eyes = (document.eyes, given_target(facts, document, model))
+        what = (motion,) if follows_from is None else follows_from
         self._put(
             f"motion {robot}",
-            (part, motion, *samples, *of_eyes, document.models[model].latent.motion),
+            (part, *what, *ghosts, *of_eyes, document.models[model].latent.motion),
             shown,
         )
 

@@ -25,13 +25,13 @@ from ..state.computed import Computed, Entry
 from ..state.document import Document, ExportOptions
 from ..state.facts import Facts
 from ..state.history import History, gesture_of
-from ..state.on_recognition import break_off, follow
+from ..state.on_recognition import advance, break_off, follow
 from ..state.picture import Picture
 from ..state.results import ExportedFile
 from ..state.statecode import MAX_LINE, decode, encode
 from ..state.update import update
-from ..state.wanted import export_work, wanted
-from ..state.work import ExportWork, Slot, Work
+from ..state.wanted import export_work, take_away_work, wanted
+from ..state.work import ExportWork, Slot, TakeAwayWork, Work
 from . import asked
 from .bridge import Bridge
 from .hand import intent_of
@@ -43,6 +43,7 @@ from .uploads import CODE_SUFFIX
 # document.
 SETTLE_SECONDS = HELD_SECONDS + 0.1
 KEEP_SECONDS = 0.25  # at least, between two documents that the tab gets
+SLOW_SECONDS = 0.4  # from one iteration of a slow run to the next
 PHONE_WIDTH = 576  # pixels, of a page; viser's own breakpoint
 AS_IT_IS = ExportOptions("csv", beyond_limits=True)
 STOPPED = "The page met a fault and stopped. Reload it to go on."
@@ -72,7 +73,8 @@ class Session:
         self._ended = ended
         self._history = History(opening)
         self._computed = Computed.nothing()
-        self._export: ExportWork | None = None  # the last file that was asked for
+        self._export: ExportWork | TakeAwayWork | None = None  # the last file that was asked for
+        self._paced = (-1, 0.0)  # iterations of a slow run, and when the next one is due
         self._events: queue.SimpleQueue[Event | None] = queue.SimpleQueue()
         self._settled = False  # all that was held back is written
         self._greeted = False  # the page has said what its tab keeps
@@ -118,7 +120,7 @@ class Session:
         while True:
             self._ask()
             self._show(screen)
-            for event in self._next_events():
+            for event in self._next_events(self._pace(time.monotonic())):
                 try:
                     self._apply(event, screen, time.monotonic())
                     self._follow_run()
@@ -156,6 +158,9 @@ class Session:
                 self._ask_for_file(self.document.export)
             case do.DownloadMotion():
                 self._ask_for_file(AS_IT_IS)
+            case do.TakeAwayRun(what):
+                self._export = take_away_work(self._facts, self.document, self._picture.trace, what)
+                self._computed = self._computed.without(("export", 0))
             case do.ShowCode():
                 self._show_code(screen)
             case do.ShowFile():
@@ -173,7 +178,7 @@ class Session:
         self._work.want(self._computed.missing(works))
 
     def _wanted(self) -> dict[Slot, Work]:
-        works = wanted(self._facts, self.document)
+        works = wanted(self._facts, self.document, self._computed)
         if self._export is not None:
             works["export", 0] = self._export
         return works
@@ -221,16 +226,28 @@ class Session:
         )
         file = event.result
         if isinstance(file, ExportedFile) and event.work == self._export:
-            self._client.send_file_download(
-                file.file_name, file.content.encode(), save_immediately=True
-            )
+            self._client.send_file_download(file.file_name, file.content, save_immediately=True)
             screen.say(file.summary, good=True)
 
     def _follow_run(self) -> None:
         """Have the latent where a recognition has brought it."""
-        trace = self._picture.trace
+        trace = self._picture.whole_trace
         if trace is not None:
             self._history = self._history.revise(follow(self._facts, self.document, trace))
+
+    def _pace(self, now: float) -> float | None:
+        """Take a slow run one iteration further when it is time; seconds until that is."""
+        run = self.document.run
+        if run is None or run.settled or run.paused or not run.settings.slow:
+            return None
+        if run.done != self._paced[0]:
+            self._paced = run.done, now + SLOW_SECONDS
+        left = self._paced[1] - now
+        if left <= 0 and run.until == run.done:
+            self._history = self._history.revise(advance(self.document))
+            self._follow_run()
+            return 0.0
+        return max(left, 0.0) if run.until == run.done else None
 
     def _ask_for_file(self, options: ExportOptions) -> None:
         """Of the motion that is on the screen now; once more, where it was written before."""
@@ -295,11 +312,18 @@ class Session:
         screen.keep(code)
         self._tab, self._tab_time = document, now
 
-    def _next_events(self) -> list[Event]:
-        """All waiting events; none, once, when they have rested for a moment."""
+    def _next_events(self, wait: float | None) -> list[Event]:
+        """All waiting events; none, once, when they have rested for a moment.
+
+        Args:
+            wait: at most so many seconds; None: as long as it takes.
+        """
         events: list[Event] = []
+        timeout = None if self._settled else SETTLE_SECONDS
+        if wait is not None:
+            timeout = wait if timeout is None else min(wait, timeout)
         try:
-            event = self._events.get(timeout=None if self._settled else SETTLE_SECONDS)
+            event = self._events.get(timeout=timeout)
             while True:
                 if event is not None:
                     events.append(event)

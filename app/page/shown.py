@@ -73,7 +73,8 @@ class MotionShown(Shown):
 
     robot: index among the robots. number: of the motion, for whoever waits for it.
     angles: (T, J) radians. fps: frames a second.
-    eyes: (T, 3 * segments) uint8 RGB. ghosts: (K, T, J) samples, shown translucent around it.
+    eyes: (T, 3 * segments) uint8 RGB. ghosts: (K, T, J) shown translucent around it. samples: these
+    are samples of one belief, whose envelope is a band.
     ends: whether the robot is gone after its last frame, instead of resting there.
     """
 
@@ -83,6 +84,7 @@ class MotionShown(Shown):
     fps: float
     eyes: Array | None = None
     ghosts: Array | None = None
+    samples: bool = False
     ends: bool = False
 
     @property
@@ -112,6 +114,7 @@ class MapShown(Shown):
     points: (N, 2); the second coordinate is 0 where one component is drawn. names: (N,).
     classes: (N,) behaviour classes, '' for none. values: (N,) valence or arousal from 0 to 1, NaN
     for none. selected: index of a motion. extent: (4,) left, right, bottom, top of the whole map.
+    added: (A, 2) points of a person's own, added_names: (A,), added_index: (A,) what to ask for.
     """
 
     model: int
@@ -126,6 +129,9 @@ class MapShown(Shown):
     values: Array | None
     selected: int | None
     extent: Array
+    added: Array
+    added_names: tuple[str, ...]
+    added_index: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +186,7 @@ class PathShown(Shown):
 
     on_map, on_landscape: (S, 2). radii: (S,) sigma in the units of the boards.
     samples_on_map, samples_on_landscape: (M, 2). shown: the iterate up to which it is drawn.
+    early: (M,) whether mu jumped to a sample. others_on_map: (K - 1, S, 2) other trials' ways.
     """
 
     on_map: Array | None
@@ -188,6 +195,28 @@ class PathShown(Shown):
     samples_on_map: Array | None = None
     samples_on_landscape: Array | None = None
     shown: int = 0
+    early: Array | None = None
+    others_on_map: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CloudShown(Shown):
+    """The belief over M entries of a codebook while S kept frames come in; nothing where M is 0.
+
+    frames: (S,) the last frame in each. places: (M, 2) on the map. weights: (S, M) uint8, shares of
+    the belief, as roots, so that one sees the small ones, 255 for each row's largest. entropy: (S,)
+    bits. modes: (G, 2) what it is torn between at the end; mass: (G,) share of the belief; near:
+    (G,) the learned motion that is nearest. entries: that were compared.
+    """
+
+    frames: Array
+    places: Array
+    weights: Array
+    entropy: Array
+    modes: Array
+    mass: Array
+    near: tuple[str, ...]
+    entries: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,8 +224,8 @@ class CurvesShown(Shown):
     """What the time bar draws beside the first robot's motion.
 
     names: (J,) joints. joint: the one that is drawn, None for all. reference: (T', J) dashed,
-    NaN where it is hidden.
-    low, high: (T, J) a band; None takes that of the motion's ghosts. observed: share of the
+    NaN where it is hidden. unseen: (J,) whether a joint is inferred, not observed.
+    low, high: (T, J) a band; None takes that of the motion's samples. observed: share of the
     reference that was observed, None without a handle for it.
     """
 
@@ -205,6 +234,7 @@ class CurvesShown(Shown):
     reference: Array | None = None
     low: Array | None = None
     high: Array | None = None
+    unseen: Array | None = None
     observed: float | None = None
 
 

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..state.facts import Array, ModelFacts
 from ..state.on_recognition import shown_iteration
 from ..state.picture import Picture
 from ..state.planes import landscape_plane, on_landscape
-from ..state.wanted import motion_steps
-from .shown import CurvesShown, LandscapeShown, MapShown, PathShown, PlaybackShown, PuckShown
+from ..state.wanted import joint_indices, motion_steps
+from .shown import (
+    CloudShown,
+    CurvesShown,
+    LandscapeShown,
+    MapShown,
+    PathShown,
+    PlaybackShown,
+    PuckShown,
+)
 from .words import target_label, window_label
 
+DEVIATIONS = 2.0  # half of a band's width
 MAP_PADDING = 0.12  # of the learned points' extent, on every side of the map
 
 
@@ -36,7 +47,24 @@ def map_shown(picture: Picture) -> MapShown:
         else np.array([_rating(getattr(one, document.colouring, None)) for one in labels]),
         selected=picture.choice.latent.motion,
         extent=_extent(points),
+        **_added(picture),
     )
+
+
+def _added(picture: Picture) -> dict[str, Any]:
+    """The points that a person put on the active model's map."""
+    axes = list(picture.document.map_axes)
+    own = [
+        (index, added)
+        for index, added in enumerate(picture.document.added)
+        if added.model == picture.active
+    ]
+    mu = np.array([added.mu for _, added in own]).reshape(len(own), picture.model.pb_dim)
+    return {
+        "added": _flat(picture.model.latent_map.project(mu)[:, axes]),
+        "added_names": tuple(added.name for _, added in own),
+        "added_index": np.array([index for index, _ in own], dtype=np.int32),
+    }
 
 
 def hidden_axes(picture: Picture) -> tuple[int, ...]:
@@ -62,12 +90,18 @@ def puck_shown(picture: Picture, heard: int | None) -> PuckShown:
     latent_map, axes = facts.latent_map, document.map_axes
     at = latent_map.project(latent.mu)
     covariance = np.zeros((2, 2))
-    covariance[: len(axes), : len(axes)] = latent_map.ellipse(latent.sigma, axes)
+    belief = picture.posterior
+    if belief is None:
+        drawn = latent_map.ellipse(latent.sigma, axes)
+    else:  # the full ellipse: what the observation leaves open is seldom along one component
+        components = latent_map.components[list(axes)]
+        drawn = components @ belief.covariance @ components.T
+    covariance[: len(axes), : len(axes)] = drawn
     return PuckShown(
         on_map=_flat(at[list(axes)]),
         on_landscape=_flat(on_landscape(facts, document, latent.mu)),
         hidden=at[list(hidden_axes(picture))],
-        covariance=covariance if facts.stochastic else None,
+        covariance=covariance if facts.stochastic or belief is not None else None,
         off_plane=latent_map.off_plane(latent.mu, axes) if facts.pb_dim > 2 else None,
         extrapolation=latent_map.extrapolation(latent.mu),
         heard=heard,
@@ -113,14 +147,40 @@ def path_shown(picture: Picture) -> PathShown:
     run, trace = picture.drawn_run
     facts, document = picture.model, picture.document
     axes = list(document.map_axes)
-    mu, pb = trace.mu[:, run.trial], trace.pb[:, run.trial]
+    trial = min(run.trial, trace.loss.shape[1] - 1)
+    mu, pb = trace.mu[:, trial], trace.pb[:, trial]
+    others = np.delete(trace.mu, trial, axis=1).swapaxes(0, 1)  # (K - 1, S, D)
     return PathShown(
         on_map=_flat(facts.latent_map.project(mu)[:, axes]),
         on_landscape=_flat(on_landscape(facts, document, mu)),
-        radii=trace.sigma[:, run.trial].mean(axis=1),
+        radii=trace.sigma[:, trial].mean(axis=1),
         samples_on_map=_flat(facts.latent_map.project(pb)[:, axes]),
         samples_on_landscape=_flat(on_landscape(facts, document, pb)),
         shown=shown_iteration(run, trace) if trace.iterations else 0,
+        early=trace.early_update[:, trial] if run.settings.method == "paper" else None,
+        others_on_map=_flat(facts.latent_map.project(others)[..., axes]) if len(others) else None,
+    )
+
+
+def cloud_shown(picture: Picture) -> CloudShown:
+    """The belief over the active model's codebook; nothing where there is none."""
+    facts, axes = picture.model, list(picture.document.map_axes)
+    if picture.belief is None:
+        none = np.zeros((0, 2))
+        return CloudShown(none[:, 0], none, none[:, :0], none[:, 0], none, none[:, 0], (), 0)
+    cloud = picture.belief.cloud
+    modes = np.array([mode.pb for mode in cloud.modes], dtype=np.float64)
+    largest = np.maximum(cloud.weights.max(axis=1, keepdims=True), 1e-30)
+    gaps = np.linalg.norm(facts.mu[None] - modes[:, None], axis=2)
+    return CloudShown(
+        frames=cloud.frames,
+        places=_flat(facts.latent_map.project(cloud.pbs)[:, axes]),
+        weights=(np.sqrt(cloud.weights / largest) * 255).round().astype(np.uint8),
+        entropy=cloud.entropy,
+        modes=_flat(facts.latent_map.project(modes)[:, axes]),
+        mass=np.array([mode.mass for mode in cloud.modes]),
+        near=tuple(facts.motions[index] for index in gaps.argmin(axis=1)),
+        entries=cloud.entries,
     )
 
 
@@ -132,8 +192,18 @@ def curves_shown(picture: Picture) -> CurvesShown:
         reference = np.pad(
             seen, [(0, len(reference) - len(seen)), (0, 0)], constant_values=np.float32(np.nan)
         )
+    joints = joint_indices(facts, document.recognition.joints)
+    unseen = np.ones(len(facts.joints), dtype=bool)
+    unseen[list(joints)] = False
+    motion, belief = picture.motion(), picture.posterior
+    band = None
+    if belief is not None and motion is not None and len(belief.deviation) == len(motion):
+        band = DEVIATIONS * belief.deviation
     return CurvesShown(
         names=facts.joints,
+        low=None if band is None or motion is None else motion - band,
+        high=None if band is None or motion is None else motion + band,
+        unseen=unseen if joints and seen is not None else None,
         joint=facts.joints.index(document.joint) if document.joint in facts.joints else None,
         reference=reference,
         observed=None if seen is None else document.recognition.observed,

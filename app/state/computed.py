@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from .results import RecognitionTrace, Result
+from .results import CodebookResult, RecognitionTrace, Result
 from .work import RecogniseWork, Slot, Work
 
 
@@ -28,14 +28,16 @@ class Entry:
         if not self.answers(work):
             return False
         if isinstance(work, RecogniseWork) and isinstance(self.result, RecognitionTrace):
-            return self.result.iterations >= work.iterations
+            return self.result.finished or self.result.iterations >= work.iterations
         return self.done
 
     @property
     def stage(self) -> int:
         """How far it came: of two answers to one work, the one that came further is shown."""
         trace = self.result
-        return trace.iterations if isinstance(trace, RecognitionTrace) else int(self.done)
+        if isinstance(trace, RecognitionTrace):
+            return 2 * trace.iterations + int(trace.finished)
+        return int(self.done)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,11 @@ class Computed:
     @classmethod
     def nothing(cls) -> Computed:
         return cls({}, {})
+
+    def codebook_entries(self, model: int) -> int:
+        """How many motions of a model's codebook there are by now."""
+        entry = self.entries.get(("codebook", model))
+        return entry.result.entries if entry and isinstance(entry.result, CodebookResult) else 0
 
     def missing(self, wanted: Mapping[Slot, Work]) -> dict[Slot, Work]:
         """What of this has still to be computed."""
@@ -79,7 +86,7 @@ class Computed:
         entries = {
             slot: entry
             for slot, entry in self.entries.items()
-            if slot[0] in ("motion", "landscape")  # shown until the next one is there
+            if slot[0] in ("motion", "landscape", "belief")  # shown until the next one is there
             or (slot in wanted and (slot[0] != "recognition" or entry.answers(wanted[slot])))
         }
         failures = {

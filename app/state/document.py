@@ -14,8 +14,9 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.motion import Motion, check_length
-from ...core.recognition_run import Init
+from ...core.belief import ERROR_SCALE, LEAST_SCALE, MOST_SCALE
+from ...core.motion import MAX_FRAMES, Motion, check_length
+from ...core.recognition_run import Init, Method
 from ...core.windows import Window
 from ...robot.formats import Format
 
@@ -28,6 +29,8 @@ MAX_PB = 1e6
 MAX_SPEED, MIN_SPEED = 3.0, 0.1
 MIN_OBSERVED = 0.1
 MAX_ITERATIONS, MAX_TRIALS = 300, 10
+MAX_BETA = 1e3
+MAX_ADDED = 50
 MAX_COUNT = 2**32 - 1
 
 Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
@@ -157,12 +160,21 @@ class Seen(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RecognitionSettings(Struct, frozen=True, forbid_unknown_fields=True):
-    """What the next run will do."""
+    """What the next run will do.
 
+    joints: names of those that are observed; () means all. beta: weight of the KL term; 0: it is no
+    part of what is minimised. init, iterations, trials: of the published procedure alone. slow: the
+    iterations are shown one by one, slowly enough to watch.
+    """
+
+    method: Method = "global"
     observed: Annotated[float, Meta(ge=MIN_OBSERVED, le=1)] = 0.8
     init: Init = "learned"
     iterations: Annotated[int, Meta(ge=1, le=MAX_ITERATIONS)] = 100
     trials: Annotated[int, Meta(ge=1, le=MAX_TRIALS)] = 1
+    joints: tuple[Name, ...] = ()
+    beta: Annotated[float, Meta(ge=0, le=MAX_BETA)] = 0.0
+    slow: bool = False
 
 
 class Run(Struct, frozen=True, forbid_unknown_fields=True):
@@ -175,16 +187,24 @@ class Run(Struct, frozen=True, forbid_unknown_fields=True):
     model: Count
     settings: RecognitionSettings
     seed: Count
-    done: Annotated[int, Meta(ge=0, le=MAX_ITERATIONS)] = 0  # iterations that were followed
+    done: Annotated[int, Meta(ge=0, le=MAX_FRAMES)] = 0  # iterations that were followed
+    until: Annotated[int, Meta(ge=0, le=MAX_FRAMES)] | None = None  # how far to follow by now
+    paused: bool = False
+    finished: bool = False  # it came to its own end
     settled: bool = False  # it ended, or somebody ended it after `done` iterations
     follows: bool = True  # the model's latent is what the run shows; a hand on it ends that
     trial: Annotated[int, Meta(ge=0, lt=MAX_TRIALS)] = 0  # the one that is drawn
     # The iteration scrubbed to; None where nobody has.
-    shown: Annotated[int, Meta(ge=0, lt=MAX_ITERATIONS)] | None = None
+    shown: Annotated[int, Meta(ge=0, lt=MAX_FRAMES)] | None = None
 
-    @property
-    def complete(self) -> bool:
-        return self.settled and self.done == self.settings.iterations
+
+class Added(Struct, frozen=True, forbid_unknown_fields=True):
+    """A point that a person put on a model's map."""
+
+    model: Count
+    name: Name
+    mu: tuple[Coordinate, ...]
+    sigma: tuple[Width, ...]
 
 
 class ExportOptions(Struct, frozen=True, forbid_unknown_fields=True):
@@ -207,6 +227,11 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     revealed: bool = False  # what comes after the observed part of the target, too
     recognition: RecognitionSettings = RecognitionSettings()
     run: Run | None = None
+    added: Annotated[tuple[Added, ...], Meta(max_length=MAX_ADDED)] = ()
+    cloud: bool = True  # the belief over a codebook on the map, where there is a target
+    explanations: bool = True  # those that the belief is torn between, as ghosts
+    # Radians: how far off a right explanation may be.
+    error_scale: Annotated[float, Meta(ge=LEAST_SCALE, le=MOST_SCALE)] = ERROR_SCALE
     map_axes: Axes = (0, 1)  # principal components, from 0
     landscape_axes: Axes | Literal["pca"] = (0, 1)  # components of mu, or the map's plane
     window: Window = "absolute"

@@ -63,6 +63,8 @@ def gesture_of(intent: do.Intent) -> str:
             return f"{type(intent).__name__} {intent.dim}"
         case do.SetRecognitionOption():
             return f"option {intent.name}"
+        case do.SetErrorScale():
+            return "error scale"
         case do.ScrubRecognition():
             return "scrub"
         case _:

@@ -11,6 +11,7 @@ from typing import Literal
 
 from ...core.windows import Window
 from .document import Colouring, Seen, Target
+from .work import TakeAway
 
 
 # --- a point of the latent space ---
@@ -181,6 +182,27 @@ class SetRevealed:
 
 
 @dataclass(frozen=True)
+class SetCloud:
+    """The belief over a codebook on the map."""
+
+    cloud: bool
+
+
+@dataclass(frozen=True)
+class SetExplanations:
+    """What the belief is torn between, as ghosts."""
+
+    explanations: bool
+
+
+@dataclass(frozen=True)
+class SetErrorScale:
+    """How far off a right explanation may be, in radians."""
+
+    scale: float
+
+
+@dataclass(frozen=True)
 class SetGhosts:
     """Samples from N(mu, sigma^2) around the robot, and their band on the joint curves."""
 
@@ -229,6 +251,9 @@ ViewIntent = (
     | SetUseTarget
     | SetShowTarget
     | SetRevealed
+    | SetCloud
+    | SetExplanations
+    | SetErrorScale
     | SetGhosts
     | SetEyes
     | SetSideBySide
@@ -251,13 +276,44 @@ class ClearTarget:
 
 @dataclass(frozen=True)
 class SetRecognitionOption:
-    name: Literal["observed", "init", "iterations", "trials"]
-    value: float | int | str
+    name: Literal["method", "observed", "init", "iterations", "trials", "joints", "beta", "slow"]
+    value: float | int | str | tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class StartRecognition:
     pass
+
+
+@dataclass(frozen=True)
+class PauseRecognition:
+    """Stand still at the iteration that is shown, or go on."""
+
+    paused: bool
+
+
+@dataclass(frozen=True)
+class StepRecognition:
+    """One iteration further, and stand still there."""
+
+
+@dataclass(frozen=True)
+class AddToMap:
+    """Put the active model's mu and sigma on its map, as a point of its own."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class RemoveAdded:
+    """Take all points that were added to the active model's map away."""
+
+
+@dataclass(frozen=True)
+class SelectAdded:
+    """Go to an added point: index among those of all models."""
+
+    index: int
 
 
 @dataclass(frozen=True)
@@ -278,6 +334,11 @@ RecognitionIntent = (
     | ClearTarget
     | SetRecognitionOption
     | StartRecognition
+    | PauseRecognition
+    | StepRecognition
+    | AddToMap
+    | RemoveAdded
+    | SelectAdded
     | CancelRecognition
     | ScrubRecognition
 )
@@ -313,6 +374,13 @@ class DownloadMotion:
 
 
 @dataclass(frozen=True)
+class TakeAwayRun:
+    """What the recognition came to, as a file for the browser."""
+
+    what: TakeAway
+
+
+@dataclass(frozen=True)
 class ShowCode:
     """Write the state code of this screen where a person can copy it."""
 
@@ -334,5 +402,5 @@ class Say:
 
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
-PageIntent = ExportMotion | DownloadMotion | ShowCode | ShowFile | Say
+PageIntent = ExportMotion | DownloadMotion | TakeAwayRun | ShowCode | ShowFile | Say
 Intent = DocumentIntent | HistoryIntent | PageIntent

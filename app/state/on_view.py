@@ -7,6 +7,7 @@ from typing import assert_never
 import numpy as np
 from msgspec.structs import replace
 
+from ...core.belief import LEAST_SCALE, MOST_SCALE
 from ...robot.formats import FORMATS
 from . import intents as do
 from .document import MAX_SPEED, MIN_SPEED, Document
@@ -63,6 +64,14 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(_facing(document), show_target=show_target)
         case do.SetRevealed(revealed):
             return replace(document, revealed=revealed)
+        case do.SetCloud(cloud):
+            return replace(document, cloud=cloud)
+        case do.SetExplanations(explanations):
+            return replace(document, explanations=explanations)
+        case do.SetErrorScale(scale):
+            if not np.isfinite(scale):
+                return document
+            return replace(document, error_scale=float(np.clip(scale, LEAST_SCALE, MOST_SCALE)))
         case do.SetGhosts(ghosts):
             return replace(document, ghosts=ghosts)
         case do.SetEyes(eyes):

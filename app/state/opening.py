@@ -55,11 +55,15 @@ def check_fits(facts: Facts, document: Document) -> None:
         run.model >= len(facts)
         or document.target is None
         or document.target.joints != facts[run.model].joints
-        or run.done > run.settings.iterations
-        or run.trial >= run.settings.trials
+        or (run.settings.method == "paper" and run.done > run.settings.iterations)
         or (run.shown is not None and run.shown >= run.done)
+        or not set(run.settings.joints) <= set(facts[run.model].joints)
     ):
         raise InputError("the state code holds a recognition that cannot be")
+    for added in document.added:
+        dims = {len(added.mu), len(added.sigma)}
+        if added.model >= len(facts) or dims != {facts[added.model].pb_dim}:
+            raise InputError("the state code holds a point that is on none of these maps")
 
 
 def _check_choice(facts: ModelFacts, choice: ModelChoice) -> None:

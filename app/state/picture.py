@@ -9,12 +9,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.recognition_run import Posterior
+from ...core.verdict import Explained, explained
 from ...core.windows import Landscape
 from .computed import Computed
 from .document import Document, ModelChoice, Run
 from .facts import Facts, ModelFacts
+from .on_recognition import at_best
 from .results import (
+    BeliefResult,
     CheckedMotion,
+    CodebookResult,
     ExportedFile,
     LandscapeResult,
     MotionResult,
@@ -23,6 +28,8 @@ from .results import (
 from .wanted import (
     GHOSTS,
     export_work,
+    given_target,
+    joint_indices,
     known_reference,
     landscape_work,
     recognise_work,
@@ -75,7 +82,13 @@ class Picture:
         return seen_target(self.facts, self.document, self.active)
 
     def ghosts(self, index: int) -> tuple[NDArray[np.float32], ...]:
-        """GHOSTS of (T, J): the newest samples of a model, once all of them are there."""
+        """(T, J) each: the newest samples of a model, once all of them are there.
+
+        Without samples, what the belief is torn between, where that is more than one thing.
+        """
+        if not self.document.ghosts:
+            torn = self.belief if index == self.active and self.document.explanations else None
+            return torn.motions if torn is not None and len(torn.motions) > 1 else ()
         slots: list[Slot] = [("ghost", GHOSTS * index + number) for number in range(GHOSTS)]
         results = [self.computed.entries[s].result for s in slots if s in self.computed.entries]
         motions = tuple(r.positions for r in results if isinstance(r, MotionResult))
@@ -118,12 +131,22 @@ class Picture:
     @cached_property
     def trace(self) -> RecognitionTrace | None:
         """The iterations of the document's run, as far as it went; None where there is none."""
-        work = recognise_work(self.document)
+        work = recognise_work(self.facts, self.document)
         entry = self.computed.entries.get(("recognition", 0))
         if work is None or work.iterations == 0 or entry is None or not entry.answers(work):
             return None
         assert isinstance(entry.result, RecognitionTrace)
-        return entry.result.first(work.iterations)
+        run = self.document.run
+        return None if run is None or run.done == 0 else entry.result.first(run.done)
+
+    @property
+    def whole_trace(self) -> RecognitionTrace | None:
+        """All iterations that are there, those that are not to be shown yet, too."""
+        work = recognise_work(self.facts, self.document)
+        entry = self.computed.entries.get(("recognition", 0))
+        if work is None or entry is None or not entry.answers(work):
+            return None
+        return entry.result if isinstance(entry.result, RecognitionTrace) else None
 
     @property
     def run_status(self) -> RunStatus:
@@ -134,7 +157,7 @@ class Picture:
             return "running"
         if self.run_failure:
             return "failed"
-        return "finished" if run.complete else "cancelled"
+        return "finished" if run.finished else "cancelled"
 
     @property
     def run_failure(self) -> str:
@@ -148,6 +171,43 @@ class Picture:
         if run is None or trace is None or run.model != self.active:
             return None
         return run, trace
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """The Gaussian belief where the active model stands, once a run has ended there."""
+        drawn = self.drawn_run
+        if drawn is None or not drawn[0].follows or not at_best(drawn[0]):
+            return None
+        return drawn[1].posterior
+
+    @property
+    def belief(self) -> BeliefResult | None:
+        """The active model's newest belief over its codebook, where it is shown."""
+        shown = self.document.cloud and given_target(self.facts, self.document, self.active)
+        entry = self.computed.entries.get(("belief", self.active))
+        if not shown or entry is None or not isinstance(entry.result, BeliefResult):
+            return None
+        return entry.result
+
+    @property
+    def codebook(self) -> CodebookResult | None:
+        """How far the active model's codebook has grown."""
+        entry = self.computed.entries.get(("codebook", self.active))
+        return entry.result if entry and isinstance(entry.result, CodebookResult) else None
+
+    @cached_property
+    def explained(self) -> Explained | None:
+        """How much of the target the active model's motion explains, as it was observed."""
+        document, motion = self.document, self.motion()
+        target = given_target(self.facts, document, self.active)
+        if target is None or motion is None or len(motion) != len(target):
+            return None
+        run = document.run
+        ours = run is not None and run.model == self.active
+        settings = run.settings if run is not None and ours else document.recognition
+        joints = joint_indices(self.model, settings.joints)
+        observed = max(1, int(settings.observed * len(target)))
+        return explained(motion, target.array, observed, joints or None)
 
     # --- files ---
     @property

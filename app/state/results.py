@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.belief import Cloud
+from ...core.recognition_run import Posterior
 from ...core.windows import Landscape
 from ...robot.safety_report import SafetyReport
 
@@ -38,14 +40,20 @@ class LandscapeResult:
 
 @dataclass(frozen=True, eq=False)
 class RecognitionTrace:
-    """The iterations so far; K trials, S iterations, D = D_PB."""
+    """The iterations so far; K trials, S iterations, D = D_PB.
+
+    finished: it came to its own end; then there may be a posterior, round the best PB.
+    """
 
     mu: Array  # (S + 1, K, D), the last row after the last step
     sigma: Array  # (S + 1, K, D)
     pb: Array  # (S, K, D)
     loss: Array  # (S, K)
+    kl: Array  # (S, K)
     prediction_error: Array  # (S, K)
     early_update: NDArray[np.bool_]  # (S, K)
+    finished: bool = False
+    posterior: Posterior | None = None
 
     @property
     def iterations(self) -> int:
@@ -67,16 +75,36 @@ class RecognitionTrace:
             self.sigma[: iterations + 1],
             self.pb[:iterations],
             self.loss[:iterations],
+            self.kl[:iterations],
             self.prediction_error[:iterations],
             self.early_update[:iterations],
         )
 
 
 @dataclass(frozen=True)
+class CodebookResult:
+    """How far a codebook has grown; seconds: that it took, 0 where it lay in the user's cache."""
+
+    entries: int
+    size: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class BeliefResult:
+    """The belief, and the motions of the explanations that remain."""
+
+    cloud: Cloud
+    motions: tuple[NDArray[np.float32], ...]  # of each of the cloud's modes, (T, J)
+
+
+@dataclass(frozen=True)
 class ExportedFile:
     file_name: str
-    content: str
+    content: bytes
     summary: str  # one line on what is in it
 
 
-Result = MotionResult | LandscapeResult | RecognitionTrace | ExportedFile
+Result = (
+    MotionResult | LandscapeResult | RecognitionTrace | CodebookResult | BeliefResult | ExportedFile
+)

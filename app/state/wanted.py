@@ -5,15 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .document import Document, ExportOptions, EyeTrack, Target
-from .facts import Facts
+from ...core.errors import InputError
+from ...core.recognition_run import LM_ITERATIONS
+from .computed import Computed
+from .document import Document, ExportOptions, EyeTrack, RecognitionSettings, Target
+from .facts import Facts, ModelFacts
 from .planes import landscape_plane
+from .results import RecognitionTrace
 from .work import (
+    BeliefWork,
+    CodebookWork,
     ExportWork,
     LandscapeWork,
     MotionWork,
     RecogniseWork,
     Slot,
+    TakeAway,
+    TakeAwayWork,
     Vector,
     Work,
 )
@@ -23,8 +31,12 @@ DECIMALS = 9
 GHOSTS = 8  # samples that are shown around a robot
 
 
-def wanted(facts: Facts, document: Document) -> dict[Slot, Work]:
-    """Everything that the screen of this document shows and that has to be computed."""
+def wanted(facts: Facts, document: Document, known: Computed | None = None) -> dict[Slot, Work]:
+    """Everything that the screen of this document shows and that has to be computed.
+
+    Args:
+        known: what there is already: some of what is wanted is computed from it.
+    """
     works: dict[Slot, Work] = {}
     for index in range(len(facts)):
         works["motion", index] = motion_work(facts, document, index)
@@ -37,9 +49,15 @@ def wanted(facts: Facts, document: Document) -> dict[Slot, Work]:
         # A recognition passes through many landscapes; the one where it ends is wanted.
         if not (document.running and document.run is not None and document.run.model == index):
             works["landscape", index] = landscape_work(facts, document, index)
-    run = recognise_work(document)
+    run = recognise_work(facts, document)
     if run is not None:
         works["recognition", 0] = run
+    active = document.active
+    if given_target(facts, document, active) is not None:
+        works["codebook", active] = CodebookWork(active)
+        entries = known.codebook_entries(active) if known else 0
+        if document.cloud and entries:
+            works["belief", active] = belief_work(facts, document, entries)
     return works
 
 
@@ -52,13 +70,21 @@ def given_target(facts: Facts, document: Document, index: int) -> Target | None:
 
 
 def seen_target(facts: Facts, document: Document, index: int) -> NDArray[np.float32] | None:
-    """(T', J) of a target what one may see: the observed part, until it is revealed."""
+    """(T', J) of a target what one may see: what is observed, until all is revealed.
+
+    NaN in the joints that are hidden.
+    """
     target = given_target(facts, document, index)
-    if target is None:
-        return None
-    if document.revealed:
-        return target.array
-    return target.array[: max(1, int(document.recognition.observed * len(target)))]
+    if target is None or document.revealed:
+        return None if target is None else target.array
+    settings = document.recognition
+    seen = target.array[: max(1, int(settings.observed * len(target)))]
+    joints = joint_indices(facts[index], settings.joints)
+    if not joints:
+        return seen
+    hidden = np.full_like(seen, np.nan)
+    hidden[:, joints] = seen[:, joints]
+    return hidden
 
 
 def known_reference(facts: Facts, document: Document, index: int) -> NDArray[np.float32] | None:
@@ -128,19 +154,67 @@ def landscape_work(facts: Facts, document: Document, index: int) -> LandscapeWor
     )
 
 
-def recognise_work(document: Document) -> RecogniseWork | None:
+def joint_indices(facts: ModelFacts, names: tuple[str, ...]) -> tuple[int, ...]:
+    """Which of a model's joints are named; () for all of them."""
+    chosen = tuple(i for i, joint in enumerate(facts.joints) if joint in names)
+    return () if len(chosen) == len(facts.joints) else chosen
+
+
+def most_iterations(document: Document, settings: RecognitionSettings) -> int:
+    """How many iterations a run has at most."""
+    if settings.method == "live":
+        return 0 if document.target is None else int(settings.observed * len(document.target))
+    return settings.iterations if settings.method == "paper" else LM_ITERATIONS
+
+
+def recognise_work(facts: Facts, document: Document) -> RecogniseWork | None:
     run = document.run
     if run is None or document.target is None:
         return None
+    settings = run.settings
+    paper = settings.method == "paper"
     return RecogniseWork(
         model=run.model,
         target=document.target,
-        observed=run.settings.observed,
-        init=run.settings.init,
-        iterations=run.done if run.settled else run.settings.iterations,
-        trials=run.settings.trials,
-        seed=run.seed,
+        method=settings.method,
+        observed=settings.observed,
+        joints=joint_indices(facts[run.model], settings.joints),
+        beta=settings.beta if facts[run.model].stochastic else 0.0,
+        init=settings.init if paper else "learned",
+        iterations=run.done
+        if run.settled and not run.finished
+        else most_iterations(document, settings),
+        trials=settings.trials if paper else 1,
+        seed=run.seed if paper else 0,
     )
+
+
+def belief_work(facts: Facts, document: Document, entries: int) -> BeliefWork:
+    assert document.target is not None
+    settings = document.recognition
+    return BeliefWork(
+        model=document.active,
+        target=document.target,
+        observed=settings.observed,
+        joints=joint_indices(facts[document.active], settings.joints),
+        scale=document.error_scale,
+        entries=entries,
+    )
+
+
+def take_away_work(
+    facts: Facts, document: Document, trace: RecognitionTrace | None, what: TakeAway
+) -> TakeAwayWork:
+    """What the run came to by now, as a file.
+
+    Raises:
+        InputError: there is none.
+    """
+    run, work = document.run, recognise_work(facts, document)
+    if run is None or work is None or trace is None or document.target is None:
+        raise InputError("There is no recognition yet: press Start first")
+    name = f"{document.target.name} {facts[run.model].name}"
+    return TakeAwayWork(work, trace, what, run.trial, name)
 
 
 def export_work(

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from ...core.recognition_run import Init
+from ...core.recognition_run import Init, Method
 from .document import ExportOptions, Target
+from .results import RecognitionTrace
 
 Vector = tuple[float, ...]
 
@@ -46,19 +47,48 @@ class LandscapeWork:
 
 @dataclass(frozen=True)
 class RecogniseWork:
-    """The published recognition (section III.D) with one seed.
+    """A recognition: the published one (section III.D) with a seed, or one of the others.
 
     The first iterations of a longer run are those of a shorter one: `iterations` says how many are
     wanted, and is no part of what the run is.
+
+    joints: indices of those that are observed; () means all. init, trials, seed: only of the
+    published one.
+    """
+
+    model: int
+    target: Target
+    method: Method
+    observed: float
+    joints: tuple[int, ...]
+    beta: float
+    init: Init
+    iterations: int
+    trials: int
+    seed: int
+
+
+@dataclass(frozen=True)
+class CodebookWork:
+    """The codebook of a model; it grows while it is used."""
+
+    model: int
+
+
+@dataclass(frozen=True)
+class BeliefWork:
+    """The belief over a codebook while the observed part of a target comes in.
+
+    joints: indices of those that are observed; () means all. scale: of errors, radians. entries: of
+    the codebook, so that a larger one is asked for anew.
     """
 
     model: int
     target: Target
     observed: float
-    init: Init
-    iterations: int
-    trials: int
-    seed: int
+    joints: tuple[int, ...]
+    scale: float
+    entries: int
 
 
 @dataclass(frozen=True)
@@ -70,6 +100,40 @@ class ExportWork:
     options: ExportOptions
 
 
-Work = MotionWork | LandscapeWork | RecogniseWork | ExportWork
+TakeAway = Literal["path", "arrays", "png", "svg"]
+
+
+@dataclass(frozen=True)
+class TakeAwayWork:
+    """What a recognition came to, as a file: its path, all of it as arrays, a figure as Fig. 5."""
+
+    run: RecogniseWork
+    trace: RecognitionTrace  # as far as it was shown
+    what: TakeAway
+    trial: int
+    name: str
+
+
+Work = (
+    MotionWork
+    | LandscapeWork
+    | RecogniseWork
+    | CodebookWork
+    | BeliefWork
+    | ExportWork
+    | TakeAwayWork
+)
 # What newer work of a page takes the place of: its motion, reference, landscape of one model, ...
-Slot = tuple[Literal["motion", "reference", "ghost", "landscape", "recognition", "export"], int]
+Slot = tuple[
+    Literal[
+        "motion",
+        "reference",
+        "ghost",
+        "landscape",
+        "recognition",
+        "codebook",
+        "belief",
+        "export",
+    ],
+    int,
+]

@@ -6,21 +6,24 @@ ten trials, it is of makes a large difference (see `Measure`), so all three are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..codebook import Codebook
 from ..model import RNNPB
 from ..motion import Motion
 from ..recognition import recognize
 from ..recognition_lm import LMConfig, recognize_lm
-from ..recognition_run import Init, RecognitionConfig, RecognitionResult, RecognitionStep
+from ..recognition_run import Init, RecognitionConfig, RecognitionResult
 
 WARM_STARTS: tuple[Init, ...] = ("baseline", "learned", "random")
-Procedure = Init | Literal["lm"]  # a warm start of the published one, or Levenberg-Marquardt
+# A warm start of the published one, or Levenberg-Marquardt: from the learned mu, from a codebook.
+Procedure = Init | Literal["lm", "global"]
 RANDOM_CANDIDATES = 10  # of the warm start `random` in the paper
 
 
@@ -32,7 +35,7 @@ class Spread:
     sd: float
 
     @classmethod
-    def of(cls, values: NDArray[np.float32]) -> Spread:
+    def of(cls, values: NDArray[np.floating[Any]]) -> Spread:
         return cls(float(values.mean(dtype=np.float64)), float(values.std(dtype=np.float64)))
 
 
@@ -54,11 +57,17 @@ class Measure:
 
 @dataclass(frozen=True)
 class RecognitionRow:
-    """One warm start of one model."""
+    """One warm start of one model.
+
+    explained: share of the observed variance, by the best of the trials. seconds: a pattern takes,
+    all trials together.
+    """
 
     warm_start: Procedure
     reconstruction_loss: Measure
     prediction_error: Measure
+    explained: Spread
+    seconds: float
 
 
 def recognition_row(
@@ -69,23 +78,25 @@ def recognition_row(
     trials: int = 10,
     iterations: int = 100,
     seed: int = 0,
+    codebook: Codebook | None = None,
     recognized: Callable[[], object] = lambda: None,
 ) -> RecognitionRow:
     """Recognise every pattern in ten trials and measure how well that went.
 
     Args:
         patterns: novel ones; of several draws, all of them.
-        trials: of each pattern, all in one batch; each has random numbers of its own. Those of
-            Levenberg-Marquardt start from as many learned mu, the closest.
-        iterations: of Levenberg-Marquardt at most.
+        trials: of each pattern, all in one batch; each has random numbers of its own. A run of
+            Levenberg-Marquardt has no random numbers, and counts as one trial with all its starts.
+        codebook: for `global`.
         recognized: called after each pattern.
     """
     results = []
+    started = time.perf_counter()
     for number, pattern in enumerate(patterns):
-        steps: Iterator[RecognitionStep]
-        if warm_start == "lm":
-            lm = LMConfig(starts=trials, iterations=iterations)
-            steps = recognize_lm(model, pattern.positions, lm)
+        if warm_start == "lm" or warm_start == "global":
+            book = codebook if warm_start == "global" else None
+            steps = recognize_lm(model, pattern.positions, LMConfig(), codebook=book)
+            results.append(RecognitionResult.from_steps(steps).of_best_trial())
         else:
             config = RecognitionConfig(
                 init=warm_start,
@@ -95,13 +106,17 @@ def recognition_row(
                 seed=seed,
                 first_trial=number * trials,
             )
-            steps = recognize(model, pattern.positions, config)
-        results.append(RecognitionResult.from_steps(steps))
+            results.append(
+                RecognitionResult.from_steps(recognize(model, pattern.positions, config))
+            )
         recognized()
+    shares = [result.explained[result.best_trial] for result in results]
     return RecognitionRow(
         warm_start,
         _measure(results, "reconstruction_loss"),
         _measure(results, "prediction_error"),
+        Spread.of(np.array(shares)),
+        (time.perf_counter() - started) / max(len(results), 1),
     )
 
 

@@ -27,7 +27,10 @@ class Part {
     const looked = () => this.looked();
     this.map = new MapBoard(ask, looked);
     this.landscape = new LandscapeBoard(ask, looked);
-    this.playback = new Playback(this.robots, ask, (now) => this.timebar?.refresh(now));
+    this.playback = new Playback(this.robots, ask, (now) => {
+      this.timebar?.refresh(now);
+      this.map.atFrame(this.playback?.clock.frame ?? 0);
+    });
     this.timebar = new TimeBar(this.playback, ask);
     this.layout = new Layout([this.map, this.landscape], this.timebar, {
       ask,
@@ -65,6 +68,7 @@ class Part {
         landscape.showPuck(shown);
       },
       LandscapeShown: (shown) => landscape.show(shown),
+      CloudShown: (shown) => map.showCloud(shown),
       PathShown: (shown) => {
         map.showPath(shown);
         landscape.showPath(shown);

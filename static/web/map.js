@@ -1,12 +1,13 @@
 /** The PB map: the learned mu on two components, what is selected, sigma as an ellipse, the puck. */
 
 import { Board } from "./board.js";
+import { drawCloud, rowAt, thereIn, wordsOnCloud } from "./cloud.js";
 import { classMark, css } from "./colors.js";
 import { classLegend, scaleLegend } from "./legend.js";
 import { element, say } from "./page.js";
 import { drawPath } from "./path.js";
 import { haloed, line } from "./plot.js";
-import { drawEllipse, drawNames, drawPoints } from "./points.js";
+import { drawAdded, drawEllipse, drawNames, drawPoints } from "./points.js";
 import {
   clamp,
   ellipseOf,
@@ -20,6 +21,7 @@ import {
 
 /** @typedef {import("./board.js").Ask} Ask */
 /** @typedef {import("./colors.js").Mark} Mark */
+/** @typedef {import("./messages.js").CloudShown} CloudShown */
 /** @typedef {import("./messages.js").MapShown} MapShown */
 /** @typedef {import("./messages.js").PathShown} PathShown */
 /** @typedef {import("./messages.js").PuckShown} PuckShown */
@@ -42,6 +44,9 @@ export class MapBoard extends Board {
     /** @type {MapShown | null} */ this.shown = null;
     /** @type {PuckShown | null} */ this.state = null;
     /** @type {PathShown | null} */ this.path = null;
+    /** @type {CloudShown | null} */ this.cloud = null;
+    this.cloudRow = 0; // of the belief, at the frame that is played
+    this.frame = 0;
     /** @type {Mark[]} */ this.marks = [];
     this.listed = ""; // all points in words
     /** @type {string | null} */ this.lit = null; // the class that the legend's pointer is on
@@ -111,6 +116,24 @@ export class MapBoard extends Board {
     this.tell();
   }
 
+  /** @param {CloudShown} cloud */
+  showCloud(cloud) {
+    this.cloud = cloud;
+    this.cloudRow = rowAt(cloud, this.frame);
+    this.surface.request();
+    this.tell();
+  }
+
+  /** What was seen of the motion by this frame. @param {number} frame */
+  atFrame(frame) {
+    this.frame = frame;
+    const row = this.cloud ? rowAt(this.cloud, frame) : 0;
+    if (row === this.cloudRow) return;
+    this.cloudRow = row;
+    this.surface.request();
+    this.tell();
+  }
+
   /** @param {MapShown} shown @returns {Mark[]} */
   looks({ colouring, classes, values, names }) {
     if (colouring === "class") {
@@ -157,12 +180,17 @@ export class MapBoard extends Board {
   /** @param {Point} at */
   pointAt(at) {
     const { view, shown } = this;
-    return view && shown ? nearest(view, shown.points.data, at, REACH) : -1;
+    if (!view || !shown) return -1;
+    const learned = nearest(view, shown.points.data, at, REACH);
+    const added = learned < 0 ? nearest(view, shown.added.data, at, REACH) : -1;
+    return added < 0 ? learned : shown.names.length + added;
   }
 
   /** @param {number} index */
   select(index) {
-    this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
+    const own = index - (this.shown?.names.length ?? 0);
+    if (own < 0) this.ask({ type: "SelectMotion", model: this.shown?.model ?? 0, index });
+    else this.ask({ type: "SelectAdded", index: this.shown?.added_index.data[own] ?? 0 });
   }
 
   /** The whole plot is free to the hand, wider than the learned points. @param {Point} to @returns {Point} */
@@ -185,6 +213,8 @@ export class MapBoard extends Board {
   wordsOn(index) {
     const { shown, state } = this;
     if (!shown) return "";
+    const own = index - shown.names.length;
+    if (own >= 0) return `${shown.added_names[own]} · your point`;
     const value = shown.values?.data[index];
     const parts = [shown.names[index] ?? ""];
     if (shown.colouring === "class") parts.push(shown.classes[index] ?? "");
@@ -261,10 +291,14 @@ export class MapBoard extends Board {
       selected: shown.selected,
       under: this.hovered ? this.pointAt(this.hovered) : -1,
     };
+    const cloud = thereIn(this.cloud);
+    if (cloud) drawCloud(context, view, cloud, this.cloudRow, this.theme);
     drawPoints(context, view, points, this.theme);
+    drawAdded(context, view, shown.added.data, shown.added_names, this.theme);
     if (path?.on_map) {
-      const { on_map: mu, samples_on_map: samples, radii, shown: last } = path;
-      drawPath(context, view, { mu, samples, radii, shown: last }, this.theme);
+      const { on_map: mu, samples_on_map: samples, others_on_map: others } = path;
+      const { radii, early, shown: last } = path;
+      drawPath(context, view, { mu, samples, others, early, radii, shown: last }, this.theme);
     }
     drawNames(context, view, points, this.theme);
     this.drawHand(context, view);
@@ -324,6 +358,9 @@ export class MapBoard extends Board {
         ? `Extrapolating: ${far} away`
         : `Near what was learned: ${far}`;
     }
+    if (shown.added_names.length) words.added = `Your points: ${shown.added_names.join(", ")}`;
+    const cloud = thereIn(this.cloud);
+    if (cloud) words.belief = wordsOnCloud(cloud, this.cloudRow);
     if (this.path?.on_map) words.path = wordsOnPath(this.path, this.path.on_map.data);
     return words;
   }

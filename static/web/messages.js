@@ -36,6 +36,7 @@
  * @property {number} fps
  * @property {Numbers<Uint8Array> | null} eyes (T, 3 * segments) RGB
  * @property {Numbers | null} ghosts (K, T, J)
+ * @property {boolean} samples whether the ghosts are samples of one belief
  * @property {boolean} ends whether the robot is gone after its last frame
  */
 
@@ -63,6 +64,9 @@
  * @property {Numbers | null} values (N) from 0 to 1, NaN where there is none
  * @property {number | null} selected
  * @property {Numbers} extent (4) left, right, bottom, top of the whole map
+ * @property {Numbers} added (A, 2) points of a person's own
+ * @property {string[]} added_names (A)
+ * @property {Numbers<Int32Array>} added_index (A) what to ask for
  */
 
 /**
@@ -103,6 +107,21 @@
  * @property {Numbers | null} samples_on_map (M, 2)
  * @property {Numbers | null} samples_on_landscape (M, 2)
  * @property {number} shown iterate that is shown
+ * @property {Numbers<Uint8Array> | null} early (M) whether mu jumped to a sample
+ * @property {Numbers | null} others_on_map (K - 1, S, 2) the ways of other trials
+ */
+
+/**
+ * The belief over M entries of a codebook while S kept frames come in.
+ * @typedef {object} CloudShown
+ * @property {Numbers} frames (S) the last frame in each
+ * @property {Numbers} places (M, 2) on the map
+ * @property {Numbers<Uint8Array>} weights (S, M) roots of shares of the belief, 255 for the largest
+ * @property {Numbers} entropy (S) bits
+ * @property {Numbers} modes (G, 2) what it is torn between at the end
+ * @property {Numbers} mass (G) share of the belief
+ * @property {string[]} near (G) the learned motion that is nearest
+ * @property {number} entries that were compared
  */
 
 /**
@@ -110,8 +129,9 @@
  * @property {string[]} names (J)
  * @property {number | null} joint the one that is drawn; null: all
  * @property {Numbers | null} reference (T', J)
- * @property {Numbers | null} low (T, J) of a band; null: that of the ghosts
+ * @property {Numbers | null} low (T, J) of a band; null: that of the samples
  * @property {Numbers | null} high (T, J)
+ * @property {Numbers<Uint8Array> | null} unseen (J) whether a joint is inferred, not observed
  * @property {number | null} observed share of the reference that was observed; null: no handle
  */
 
@@ -131,6 +151,7 @@
  * @property {PuckShown} PuckShown
  * @property {LandscapeShown} LandscapeShown
  * @property {PathShown} PathShown
+ * @property {CloudShown} CloudShown
  * @property {CurvesShown} CurvesShown
  * @property {LookShown} LookShown
  * @property {DocumentShown} DocumentShown
@@ -146,6 +167,7 @@
  *   | { type: "MoveOnMap", model: number, axes: number[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "MoveOnLandscape", model: number, axes: string[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "SelectMotion", model: number, index: number }
+ *   | { type: "SelectAdded", index: number }
  *   | { type: "SetPlaying", playing: boolean, frame: number }
  *   | { type: "Seek", frame: number }
  *   | { type: "SetSpeed", speed: number }

@@ -1,7 +1,7 @@
 /** The map's points, their names, and sigma round the puck. */
 
 import { placed } from "./labels.js";
-import { FONT, haloed, tracePath } from "./plot.js";
+import { FONT, haloed, line, tracePath } from "./plot.js";
 import { ellipseOf, pointOf, toPixel } from "./scales.js";
 
 /** @typedef {import("./plot.js").Context} Context */
@@ -18,6 +18,7 @@ import { ellipseOf, pointOf, toPixel } from "./scales.js";
  */
 
 const RADIUS = 5; // of a point, in pixels
+const OWN = 7; // half of a cross
 const RING = 4; // pixels between the selected point and its ring
 const LINE_HEIGHT = 13;
 const NAMED = 0.2; // a point that is fainter has no name
@@ -68,6 +69,25 @@ export function drawPoints(context, view, points, colors) {
     context.strokeStyle = colors.ink;
     context.stroke();
   }
+}
+
+/** A person's own points, as crosses with their names. @type {(context: Context, view: View, places: Float32Array, names: string[], colors: Theme) => void} */
+export function drawAdded(context, view, places, names, colors) {
+  context.font = FONT;
+  context.textAlign = "left";
+  context.textBaseline = "top";
+  names.forEach((name, k) => {
+    const [x, y] = toPixel(view, pointOf(places, k));
+    for (const [width, color] of /** @type {[number, string][]} */ ([
+      [6, colors.halo],
+      [3, colors.ink],
+    ])) {
+      context.lineWidth = width;
+      line(context, color, x - OWN, y, x + OWN, y);
+      line(context, color, x, y - OWN, x, y + OWN);
+    }
+    haloed(context, name, x + OWN, y + 2, colors, colors.ink);
+  });
 }
 
 /** Where there is room; the selected one's before all. @type {(context: Context, view: View, points: Points, colors: Theme) => void} */

@@ -115,9 +115,13 @@ export class TimeBar {
     if (String(before) !== String(curves.names)) {
       this.joint.replaceChildren(
         element("option", { value: "", text: "all joints" }),
-        ...curves.names.map((name, i) => element("option", { value: i, text: name })),
+        ...curves.names.map((_, i) => element("option", { value: i })),
       );
     }
+    curves.names.forEach((name, i) => {
+      const option = this.joint.options[i + 1];
+      if (option) say(option, curves.unseen?.data[i] ? `${name} (inferred)` : name);
+    });
     this.joint.value = curves.joint === null ? "" : String(curves.joint);
     this.refresh();
   }
@@ -126,7 +130,10 @@ export class TimeBar {
   showMotion(motion) {
     if (motion.robot !== 0) return;
     this.motion = motion;
-    this.band = motion.ghosts ? envelope(motion.ghosts.data, motion.ghosts.shape[0] ?? 0) : null;
+    this.band =
+      motion.ghosts && motion.samples
+        ? envelope(motion.ghosts.data, motion.ghosts.shape[0] ?? 0)
+        : null;
     this.refresh();
   }
 

@@ -77,9 +77,12 @@ TWELVE_DIMENSIONS = (make_facts(12, "wide"),)
 
 
 # --- documents ---
+PUBLISHED = do.SetRecognitionOption("method", "paper")
+
+
 def opened(facts: Facts = FACTS, *intents: do.DocumentIntent) -> Document:
-    """The opening document, and what intents make of it."""
-    return after(facts, opening_document(facts), *intents)
+    """The opening document, and what intents make of it; runs are of the published procedure."""
+    return after(facts, opening_document(facts), PUBLISHED, *intents)
 
 
 def after(facts: Facts, document: Document, *intents: do.DocumentIntent) -> Document:
@@ -130,7 +133,12 @@ def landscape_result(*, complete: bool = True) -> LandscapeResult:
 
 
 def make_trace(
-    mu: ArrayLike, *, loss: ArrayLike | None = None, epsilon: float = 0.5, sigma: float = 0.2
+    mu: ArrayLike,
+    *,
+    loss: ArrayLike | None = None,
+    epsilon: float = 0.5,
+    sigma: float = 0.2,
+    finished: bool = False,
 ) -> RecognitionTrace:
     """A trace along given mu, (S + 1, K, D); every PB is mu + sigma * epsilon."""
     mu = np.asarray(mu, dtype=np.float64)
@@ -143,8 +151,10 @@ def make_trace(
         sigma=spread,
         pb=(mu + spread * epsilon)[:-1],
         loss=falling if loss is None else np.asarray(loss, dtype=np.float64),
+        kl=np.zeros_like(falling),
         prediction_error=2 * falling,
         early_update=early,
+        finished=finished,
     )
 
 
@@ -153,7 +163,7 @@ class Page:
 
     def __init__(self, facts: Facts = FACTS, document: Document | None = None) -> None:
         self.facts, self.now = facts, 0.0
-        self.history = History(opening_document(facts) if document is None else document)
+        self.history = History(opened(facts) if document is None else document)
         self.computed = Computed.nothing()
 
     @property
@@ -162,7 +172,7 @@ class Page:
 
     @property
     def wanted(self) -> dict[Slot, Work]:
-        return wanted(self.facts, self.document)
+        return wanted(self.facts, self.document, self.computed)
 
     @property
     def missing(self) -> dict[Slot, Work]:
@@ -212,7 +222,7 @@ class Page:
         return self
 
     def _follow(self) -> None:
-        trace = self.picture.trace
+        trace = self.picture.whole_trace
         if trace is not None:
             self.history = self.history.revise(follow(self.facts, self.document, trace))
         self.computed = self.computed.keep(self.wanted)

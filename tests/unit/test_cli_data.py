@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from rnnpb_explorer.core.files import CACHE_VARIABLE
 from rnnpb_explorer.robot import rebl_pepper
-from rnnpb_explorer.robot.rebl_pepper import BASE_URL, CACHE_VARIABLE, SHA256, take
+from rnnpb_explorer.robot.rebl_pepper import BASE_URL, SHA256, take
 
 from .cli_harness import Rnnpb
 

@@ -13,7 +13,7 @@ from rnnpb_explorer.app.state.work import MotionWork, RecogniseWork
 from rnnpb_explorer.robot.safety_report import SafetyReport
 
 TARGET = Target("t", ("a", "b"), 25.0, np.zeros((10, 2), "<f4").tobytes())
-RUN = RecogniseWork(0, TARGET, 0.8, "learned", 20, 2, 0)
+RUN = RecogniseWork(0, TARGET, "paper", 0.8, (), 0.0, "learned", 20, 2, 0)
 
 
 def motion(frames: int, limited: bool = False) -> MotionResult:
@@ -30,6 +30,7 @@ def trace(iterations: int) -> RecognitionTrace:
         whole[: iterations + 1],
         whole[: iterations + 1],
         whole[:iterations],
+        flat[:iterations],
         flat[:iterations],
         flat[:iterations],
         np.zeros((20, 2), bool)[:iterations],

@@ -389,7 +389,10 @@ def recognise_work(model: RNNPB, **changes: object) -> RecogniseWork:
     work = RecogniseWork(
         model=0,
         target=target_of_motion(motion),
+        method="paper",
         observed=0.7,
+        joints=(),
+        beta=0.0,
         init="baseline",
         iterations=4,
         trials=2,
@@ -606,7 +609,7 @@ def test_everything_at_once_on_the_shipped_model(strong: RNNPB) -> None:
     given = target_of_motion(Motion("given", strong.info.joints, positions))
     axes = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
     work = LandscapeWork(0, mu, axes, (0.0,) * 4, 1.0, given, -1)
-    run = RecogniseWork(0, given, 0.8, "learned", 3, 1, 0)
+    run = RecogniseWork(0, given, "paper", 0.8, (), 0.0, "learned", 3, 1, 0)
     boxes: list[SimpleQueue[Delivery]] = [SimpleQueue() for _ in range(3)]
     for number, box in enumerate(boxes):
         motion = MotionWork(0, (*mu[:3], 0.1 * number), 60, "report")

@@ -63,3 +63,10 @@ def on_click(handle: Any, clicked: Callable[[], None]) -> None:
             clicked()
 
     handle.on_click(pressed)
+
+
+def assign(handle: object, **values: object) -> None:
+    """Write what differs."""
+    for name, value in values.items():
+        if getattr(handle, name) != value:
+            setattr(handle, name, value)

@@ -44,6 +44,9 @@ def densities_figure(models: Mapping[str, RNNPB], motions: Sequence[str]) -> Fig
 def draw_densities(axes: Axes, mu: NDArray[np.float32], sigma: NDArray[np.float32]) -> None:
     """The densities of N(mu_d, sigma_d^2), (D,) each, over the values of a PB."""
     for component, (m, s) in enumerate(zip(mu.tolist(), sigma.tolist(), strict=True)):
+        if s == 0:  # all of it is in one place
+            axes.axvline(m, color=component_color(component), linewidth=0.9)
+            continue
         z = np.linspace(-REACH, REACH, CURVE_POINTS)
         density = np.exp(-0.5 * z**2) / (s * np.sqrt(2 * np.pi))
         axes.plot(m + s * z, density, color=component_color(component), linewidth=0.9)

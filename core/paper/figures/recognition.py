@@ -39,6 +39,7 @@ def iterations_figure(
     steps: Sequence[RecognitionStep],
     shown: Sequence[int] = (0, 45, 90),
     observed: float = 0.8,
+    beta: float = 0.0,
 ) -> Figure:
     """A row for each of the iterations `shown` of one trial.
 
@@ -46,10 +47,13 @@ def iterations_figure(
 
     Args:
         steps: all iterations of one trial, in order.
+        beta: weight of the KL term while recognising.
     """
+    weight = model.config.beta
+    trained = "" if weight is None else f", β = {weight:g}"
     with use_style():
         figure = Figure(figsize=(TEXT_WIDTH, 0.45 + 1.3 * len(shown)), layout="constrained")
-        figure.suptitle(f"{name}, β = {model.config.beta:g}: recognising {target.name}", fontsize=8)
+        figure.suptitle(f"{name}{trained}: recognising {target.name}", fontsize=8)
         grid = figure.subplots(
             len(shown), 5, squeeze=False, width_ratios=(1, 1, 1, 1, 3), sharex="col"
         )
@@ -57,16 +61,17 @@ def iterations_figure(
             axes.set_title(title, fontsize=8)
         for row, iteration in zip(grid, shown, strict=True):
             row[0].set_ylabel(f"s = {iteration}", fontsize=8)
-            _draw_iteration(row, steps[: iteration + 1])
+            _draw_iteration(row, steps[: iteration + 1], beta / len(target.joints))
             _draw_motion(row[4], target, steps[iteration], observed)
         _same_range(grid[:, 1:4])
         for axes, label in zip(
             grid[-1], ("PB", "iteration", "iteration", "iteration", "frame"), strict=True
         ):
             axes.set_xlabel(label)
+        weight_of_kl = f"{beta:g}/{len(target.joints)}" if beta else "0"
         handles = [
             Line2D([], [], color=BLUE, label="reconstruction loss"),
-            Line2D([], [], color=ORANGE, label="KL divergence (no part of the loss here)"),
+            Line2D([], [], color=ORANGE, label=f"{weight_of_kl} × KL divergence"),
             Line2D([], [], color="black", label="generated"),
             Line2D([], [], color="black", linestyle="--", label="target"),
         ]
@@ -74,7 +79,7 @@ def iterations_figure(
     return figure
 
 
-def _draw_iteration(row: Sequence[Axes], steps: Sequence[RecognitionStep]) -> None:
+def _draw_iteration(row: Sequence[Axes], steps: Sequence[RecognitionStep], weight: float) -> None:
     """The belief as the last of `steps` found it, and how it and the loss came there."""
     now = steps[-1]
     numbers = [step.iteration for step in steps]
@@ -87,7 +92,8 @@ def _draw_iteration(row: Sequence[Axes], steps: Sequence[RecognitionStep]) -> No
         for component in range(values.shape[1]):
             axes.plot(numbers, values[:, component], color=component_color(component))
     row[3].plot(numbers, [float(step.loss[0]) for step in steps], color=BLUE)
-    row[3].plot(numbers, np.zeros(len(numbers)), color=ORANGE)
+    kl = [weight * float(step.kl[0]) if weight else 0.0 for step in steps]
+    row[3].plot(numbers, kl, color=ORANGE)
     for axes in row[1:4]:
         axes.grid(True)
         for line in axes.lines:

@@ -17,13 +17,14 @@ import pytest
 import viser
 
 from rnnpb_explorer.app.page import uploads
+from rnnpb_explorer.app.page.examples import examples
 from rnnpb_explorer.app.page.panels.bound import HELD_SECONDS, Bound, on_click
 from rnnpb_explorer.app.page.panels.explore import PAGE, ExplorePanel
 from rnnpb_explorer.app.page.panels.help import TEXT
-from rnnpb_explorer.app.page.panels.recognise import RecognisePanel, example_files, status_line
+from rnnpb_explorer.app.page.panels.recognise import RecognisePanel
 from rnnpb_explorer.app.page.panels.view import PCA, ViewPanel, axes_label, parse_axes
 from rnnpb_explorer.app.page.uploads import CODE_SUFFIX, Upload, read_upload
-from rnnpb_explorer.app.page.words import target_label, window_label
+from rnnpb_explorer.app.page.words import run_line, target_label, window_label
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.picture import Picture
@@ -349,7 +350,7 @@ def test_during_a_run_it_can_be_cancelled_and_its_progress_is_seen(gui: viser.Gu
     reset = after(in_a_run(), do.SetRecognitionOption("iterations", 1))  # of the next run
     panel.show(reset)
     assert panel._progress.value == pytest.approx(25.0)
-    assert "of 20" in status_line(reset)
+    assert "of 20" in run_line(reset)
     panel.show(after(in_a_run(), do.CancelRecognition()))
     assert labelled(gui, "Start").visible
     assert not labelled(gui, "Cancel").visible
@@ -419,10 +420,7 @@ def test_the_examples_that_ship_are_targets(
     sent: Queue[do.Intent] = Queue()
     panel = RecognisePanel(gui, facts, ROBOT, sent.put)
     panel.show(open_screen(facts))
-    names = list(example_files())
-    if not names:
-        pytest.skip("no examples ship")
-    for name in names:
+    for name in [example.name for example in examples()]:
         hand(labelled(gui, "Example"), name)
         intent = sent.get(timeout=TIMEOUT)
         assert isinstance(intent, do.SetTarget)
@@ -452,7 +450,7 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
     hand(upload, viser.UploadedFile("large.csv", b"..."))
     assert begun.wait(TIMEOUT)
     assert upload.value.content == b""
-    name = next(iter(example_files()))
+    name = examples()[0].name
     hand(labelled(gui, "Example"), name)
     chosen.set()
     assert sent.get(timeout=TIMEOUT) == do.Say(f"{name}.csv")
@@ -470,11 +468,11 @@ def test_a_state_code_can_be_chosen_among_the_files(gui: viser.GuiApi) -> None:
 
 
 def test_the_status_says_how_far_the_run_is() -> None:
-    assert status_line(before_a_run()) == ""
-    assert "iteration 5 of 20, best loss 0.1" in status_line(in_a_run())
+    assert run_line(before_a_run()) == ""
+    assert "iteration 5 of 20, lowest loss 0.1" in run_line(in_a_run())
     cancelled = after(in_a_run(), do.CancelRecognition())
-    assert status_line(cancelled) == "Recognition cancelled after 5 iterations"
-    assert status_line(after_a_run()).startswith("Recognition done: best iterate: 5")
+    assert run_line(cancelled) == "Cancelled after 5 iterations"
+    assert run_line(after_a_run()).startswith("Best: iteration 5 of trial 2, loss 0.1")
 
 
 def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
@@ -483,7 +481,7 @@ def test_a_loss_without_prediction_can_be_drawn(gui: viser.GuiApi) -> None:
     assert picture.trace is not None
     picture.trace.prediction_error[:] = math.nan
     panel.show(picture)
-    assert len(panel._loss.data[0]) == 5
+    assert len(panel._curves._loss.data[0]) == 5
 
 
 # --- any panel ---
