@@ -181,11 +181,9 @@ class RecognitionResult:
 def _iterations_used(pb: NDArray[np.generic]) -> NDArray[np.int64]:
     """(K,) how many of (K, I, D) iterations tried something new, up to the last that did."""
     moved = (np.diff(pb, axis=1) != 0).any(axis=2)  # (K, I - 1)
-    count = moved.shape[1]
-    used: NDArray[np.int64] = np.where(
-        moved.any(axis=1), count - moved[:, ::-1].argmax(axis=1), 0
-    ).astype(np.int64)
-    return used + 1
+    numbers = np.arange(2, pb.shape[1] + 1)
+    used: NDArray[np.int64] = np.where(moved, numbers, 1).max(axis=1, initial=1)
+    return used
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,20 +49,27 @@ class Settings:
         observed: share of the frames that is seen
         method: global is Levenberg-Marquardt without sampling, whose trials start from the closest
             entries of a codebook, which is made once a model; lm the same from the closest learned
-            mu; paper is the published procedure
+            mu; paper is the published procedure, which --init asks for, too
         joints: that are seen, by name; the others are inferred
         beta: weight of the KL term, which is no part of what is minimised by default
     """
 
-    init: WarmStart = "learned"
+    init: WarmStart | None = None
     candidates: Annotated[int, read_by(whole(1, MAX_CANDIDATES))] = 100
     observed: Annotated[float, read_by(real(above=0.0, maximum=1.0))] = 0.8
     iterations: Annotated[int, read_by(whole(1, MAX_ITERATIONS))] = 100
     trials: Annotated[int, read_by(whole(1, MAX_TRIALS))] = 10
-    method: Literal["global", "lm", "paper"] = "global"
+    method: Literal["global", "lm", "paper"] | None = None
     joints: Joints = ()
     beta: Annotated[float, read_by(real(0.0, 1e6))] = 0.0
     seed: Seed = 0
+
+    @property
+    def chosen(self) -> Literal["global", "lm", "paper"]:
+        """The method; a warm start belongs to the published one."""
+        if self.init is not None and self.method not in (None, "paper"):
+            raise InputError(f"--init is a matter of --method paper, not of {self.method}")
+        return self.method or ("paper" if self.init else "global")
 
 
 def run(
@@ -83,6 +90,7 @@ def run(
         out: R.npz
     """
     settings = settings or Settings()
+    method = settings.chosen
     if out.suffix.lower() != ".npz":
         raise InputError(f"--out {out}: the name of a result ends in .npz")
     check_writable(out)
@@ -96,7 +104,7 @@ def run(
     from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(device))
-    steps = _steps(model, target, settings, seen)
+    steps = _steps(model, target, settings, method, seen)
     result = RecognitionResult.from_steps(steps_bar(steps, settings.iterations, "recognising"))
     with replacing(out) as beside:
         result.save(beside)
@@ -116,13 +124,13 @@ def run(
 
 
 def _steps(
-    model: RNNPB, motion: Motion, settings: Settings, joints: tuple[int, ...]
+    model: RNNPB, motion: Motion, settings: Settings, method: str, joints: tuple[int, ...]
 ) -> Iterator[RecognitionStep]:
     from ...core.recognition import recognize
     from ...core.recognition_lm import LMConfig, recognize_lm
     from ...core.recognition_run import RecognitionConfig
 
-    if settings.method != "paper":
+    if method != "paper":
         lm = LMConfig(
             settings.trials,
             settings.observed,
@@ -130,10 +138,10 @@ def _steps(
             joints=joints,
             beta=settings.beta,
         )
-        codebook = whole_codebook(model) if settings.method == "global" else None
+        codebook = whole_codebook(model) if method == "global" else None
         return recognize_lm(model, motion.positions, lm, codebook=codebook)
     config = RecognitionConfig(
-        init=settings.init,
+        init=settings.init or "learned",
         candidates=settings.candidates,
         observed=settings.observed,
         iterations=settings.iterations,

@@ -51,6 +51,8 @@ class Generation(Task):
     def joins(self, batch: Sequence[Task]) -> bool:
         """Those of the same model, as long as together they are one piece."""
         motions = [task for task in batch if isinstance(task, Generation)]
+        if not motions:
+            return False
         longest = max(self._steps, *(task._steps for task in motions))
         return all(task._model is self._model for task in motions) and longest <= frames_at_once(
             self._model, len(motions) + 1, longest

@@ -61,8 +61,7 @@ def _published(work: RecogniseWork, sources: Sources) -> Steps:
     )
     at_once = batch_size(model, max(1, int(work.observed * len(work.target))))
     pieces = recognition_pieces(model, work.target.array, config, at_once=at_once)
-    path = yield from _iterations(pieces, model.config.pb_dim)
-    yield Stage(path.trace(), done=True)
+    yield from _iterations(pieces, model.config.pb_dim, work.iterations)
 
 
 def _global(work: RecogniseWork, sources: Sources) -> Steps:
@@ -111,8 +110,10 @@ def _live(work: RecogniseWork, sources: Sources, wanted_at: float) -> Steps:
     yield Stage(path.trace(finished=whole), done=True)
 
 
-def _iterations(pieces: Pieces, pb_dim: int) -> Generator[Round | Stage, None, _Path]:
-    """All of a run's iterations, to its own end; returns the path."""
+def _iterations(
+    pieces: Pieces, pb_dim: int, last: int | None = None
+) -> Generator[Round | Stage, None, _Path]:
+    """All of a run's iterations, to its own end or to the last one; returns the path."""
     path: _Path | None = None
     while True:
         iteration = _Iteration(pieces)
@@ -125,7 +126,9 @@ def _iterations(pieces: Pieces, pb_dim: int) -> Generator[Round | Stage, None, _
         if fault is not None:  # no board could draw it; what was finite stays
             raise InputError(fault)
         path.add(iteration.result)
-        yield Stage(path.trace(), done=False)
+        del iteration  # and with it the step's motions
+        trace = path.trace()
+        yield Stage(trace, done=trace.iterations == last)
 
 
 def _drawable(pieces: Pieces, widest: float) -> Pieces:

@@ -120,7 +120,7 @@ class Session:
         while True:
             self._ask()
             self._show(screen)
-            for event in self._next_events(self._pace(time.monotonic())):
+            for event in self._next_events():
                 try:
                     self._apply(event, screen, time.monotonic())
                     self._follow_run()
@@ -312,14 +312,11 @@ class Session:
         screen.keep(code)
         self._tab, self._tab_time = document, now
 
-    def _next_events(self, wait: float | None) -> list[Event]:
-        """All waiting events; none, once, when they have rested for a moment.
-
-        Args:
-            wait: at most so many seconds; None: as long as it takes.
-        """
+    def _next_events(self) -> list[Event]:
+        """All waiting events; none, once, when they have rested for a moment or a run goes on."""
         events: list[Event] = []
         timeout = None if self._settled else SETTLE_SECONDS
+        wait = self._pace(time.monotonic())
         if wait is not None:
             timeout = wait if timeout is None else min(wait, timeout)
         try:

@@ -132,7 +132,8 @@ def _scrub(document: Document, iteration: int, trial: int) -> Document:
     if run is None or not run.settled or run.done == 0:
         return document
     iteration = int(np.clip(iteration, 0, run.done - 1))
-    trial = int(np.clip(trial, 0, MAX_TRIALS - 1))
+    trials = run.settings.trials if run.settings.method == "paper" else MAX_TRIALS
+    trial = int(np.clip(trial, 0, trials - 1))
     run = replace(run, shown=iteration, trial=trial, follows=True)
     return replace(document, run=run)
 

@@ -56,6 +56,7 @@ def check_fits(facts: Facts, document: Document) -> None:
         or document.target is None
         or document.target.joints != facts[run.model].joints
         or (run.settings.method == "paper" and run.done > run.settings.iterations)
+        or (run.settings.method == "paper" and run.trial >= run.settings.trials)
         or (run.shown is not None and run.shown >= run.done)
         or not set(run.settings.joints) <= set(facts[run.model].joints)
     ):

@@ -30,11 +30,13 @@ NAMES = ("wave", "bow", "rest", "nod")
 LENGTHS = (12, 9, 15, 21)
 MU = np.array([[0.5, -0.3, 0.2], [-0.4, 0.6, -0.1], [0.1, 0.2, -0.7], [-0.6, -0.5, 0.4]])
 SIGMA = np.array([[0.1, 0.2, 0.3], [0.2, 0.2, 0.2], [0.3, 0.1, 0.2], [0.1, 0.1, 0.1]])
-MOTION, LANDSCAPE, REFERENCE, RUN = (
+MOTION, LANDSCAPE, REFERENCE, RUN, CODEBOOK, BELIEF = (
     ("motion", 0),
     ("landscape", 0),
     ("reference", 0),
     ("recognition", 0),
+    ("codebook", 0),
+    ("belief", 0),
 )
 
 

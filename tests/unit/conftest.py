@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-from rnnpb_explorer.core import RNNPB
+from rnnpb_explorer.core import RNNPB, codebook
+from rnnpb_explorer.core.files import CACHE_VARIABLE
 
 from .cli_harness import Rnnpb
 
 # How long an example takes says how busy the machine is, not whether the program is right.
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def small_codebooks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Codebooks that are made in a moment, in a cache of the tests' own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(CACHE_VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(codebook, "SIZE", 512)
+        patch.setattr(codebook, "SMALLEST", 128)
+        yield
 
 
 @pytest.fixture

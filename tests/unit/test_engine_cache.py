@@ -65,7 +65,7 @@ def test_limited_motions_and_targets_count() -> None:
     cache.put(work(0), motion(100, limited=True))
     assert cache.bytes == 2 * 100 * 5 * 4 + EACH
     cache.put(RUN, trace(3))  # the whole run's arrays, which its views keep
-    whole = (21 * 6 * 3 + 20 * 2 * 2) * 8 + 20 * 2
+    whole = (21 * 6 * 3 + 20 * 2 * 3) * 8 + 20 * 2
     assert cache.bytes == 2 * 100 * 5 * 4 + EACH + whole + 80 + EACH
 
 

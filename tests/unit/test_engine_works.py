@@ -561,7 +561,7 @@ def test_an_export_is_within_the_limits_unless_one_insists(tiny_model: RNNPB, be
     (result,) = Desk(tiny_model).results(ExportWork(WILD, "wave ../../tiny", options), EXPORT)
     assert isinstance(result, ExportedFile)
     assert result.file_name == "wave_.._.._tiny.json"
-    motion = read_motions(result.content.encode(), "x.json", ("a", "b", "c"), fps=20.0).motion()
+    motion = read_motions(result.content, "x.json", ("a", "b", "c"), fps=20.0).motion()
     assert (check_motion(motion, ARM).light == "green") != beyond
     assert ("beyond the limits" in result.summary) == beyond
     assert ("limited: " in result.summary) != beyond
@@ -575,7 +575,7 @@ def test_a_download_is_the_file_of_the_motion_itself(tiny_model: RNNPB) -> None:
     assert isinstance(result, ExportedFile)
     assert isinstance(shown, MotionResult)
     motion = Motion("wave", tiny_model.info.joints, shown.positions, tiny_model.info.fps)
-    assert result.content == format_motion(motion)
+    assert result.content == format_motion(motion).encode()
 
 
 def test_an_export_starts_from_the_safe_posture_where_that_is_asked_for(tiny_model: RNNPB) -> None:

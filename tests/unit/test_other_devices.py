@@ -105,6 +105,7 @@ RECOGNIZE = ("recognize", *MODEL, "data/rest.csv", "--trials", 2, "--iterations"
         (*RECOGNIZE, "--init", "learned", "--out", "R.npz"),
         (*RECOGNIZE, "--init", "random", "--out", "R.npz"),
         (*RECOGNIZE, "--method", "lm", "--out", "R.npz"),
+        (*RECOGNIZE, "--method", "global", "--out", "R.npz"),
         (
             *("evaluate", *MODEL, *DATA, "--task", "reconstruction,structure"),
             *("--samples", 4),

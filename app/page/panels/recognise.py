@@ -70,6 +70,7 @@ class RecognisePanel:
 
     def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send) -> None:
         self._facts, self._send = facts, send
+        self._paused = False
         self._active = 0
         self._target_name = ""
         self._reader = UploadReader(robot, send)
@@ -167,7 +168,6 @@ class RecognisePanel:
         on_click(self._start, lambda: send(do.StartRecognition()))
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
         on_click(self._pause, lambda: send(do.PauseRecognition(not self._paused)))
-        self._paused = False
         self._step = gui.add_button(
             "One step", icon=viser.Icon.PLAYER_SKIP_FORWARD, visible=False, hint="one iteration"
         )

@@ -73,6 +73,7 @@ def test_a_drag_moves_the_arm(browser: WireBrowser, session: Session) -> None:
 def test_a_recording_is_recognised(browser: WireBrowser, session: Session) -> None:
     browser.upload("Upload a motion", "new.csv", format_motion(recording("new", 0.5)).encode())
     until(session, lambda picture: picture.document.target is not None)
+    browser.set("Method", "as published: sampling and Adam")
     browser.set("Iterations", 20)
     until(session, lambda picture: picture.document.recognition.iterations == 20)
     browser.press("Start")

@@ -422,6 +422,9 @@ def test_the_examples_that_ship_are_targets(
     panel.show(open_screen(facts))
     for name in [example.name for example in examples()]:
         hand(labelled(gui, "Example"), name)
+        hidden = sent.get(timeout=TIMEOUT)
+        assert isinstance(hidden, do.SetRecognitionOption)
+        assert hidden.name == "joints"
         intent = sent.get(timeout=TIMEOUT)
         assert isinstance(intent, do.SetTarget)
         assert intent.target.name == name
@@ -453,6 +456,7 @@ def test_an_example_chosen_while_an_upload_is_read_stays_chosen(
     name = examples()[0].name
     hand(labelled(gui, "Example"), name)
     chosen.set()
+    assert isinstance(sent.get(timeout=TIMEOUT), do.SetRecognitionOption)
     assert sent.get(timeout=TIMEOUT) == do.Say(f"{name}.csv")
     assert sent.empty()
 

@@ -31,6 +31,7 @@ from rnnpb_explorer.robot.pepper import PEPPER_JOINTS
 from ..wire_browser import TIMEOUT, WireBrowser
 from .pictures import complete, until
 
+PUBLISHED = "as published: sampling and Adam"
 NAMES = ("wave", "bow", "rest")
 
 
@@ -214,6 +215,7 @@ def test_an_upload_is_recognised(open_browser: Open, target: Motion) -> None:
     until(session, lambda picture: picture.document.target is not None)
     assert session.document.target is not None
     np.testing.assert_array_equal(session.document.target.array, target.positions)
+    browser.set("Method", PUBLISHED)
     browser.set("Iterations", 10)
     until(session, lambda picture: picture.document.recognition.iterations == 10)
     until(session, lambda picture: picture.document.target is not None)
@@ -294,6 +296,7 @@ def test_a_code_brings_an_upload_and_its_recognition_to_another_page(
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
+    browser.set("Method", PUBLISHED)
     browser.set("Iterations", 10)
     until(session, lambda picture: picture.document.recognition.iterations == 10)
     until(session, lambda picture: picture.document.target is not None)
@@ -513,6 +516,7 @@ def test_a_reload_in_the_middle_of_a_run_goes_on_with_it(
 ) -> None:
     browser, session = open_browser()
     upload(browser, target)
+    browser.set("Method", PUBLISHED)
     browser.set("Iterations", 300)
     browser.set("Trials", 10)
     until(session, lambda picture: picture.document.recognition.trials == 10)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import (
+    Added,
     Camera,
     Document,
     ExportOptions,
@@ -225,7 +226,16 @@ def test_undo_holds_no_trace() -> None:
 
 
 # --- a new field of the document ---
-SETTINGS = RecognitionSettings(observed=0.5, init="random", iterations=7, trials=3)
+SETTINGS = RecognitionSettings(
+    method="paper",
+    observed=0.5,
+    init="random",
+    iterations=7,
+    trials=3,
+    joints=("a", "c"),
+    beta=1e-3,
+    slow=True,
+)
 ANOTHER: dict[str, Callable[[Document], Any]] = {
     "models": lambda it: tuple(
         replace(one, latent=learned_latent(FACTS[0], 2), anchor=(1.0, 2.0, 3.0))
@@ -237,6 +247,10 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "use_target": lambda it: False,
     "recognition": lambda it: SETTINGS,
     "run": lambda it: Run(0, SETTINGS, 3, done=5, settled=True, follows=False, trial=2, shown=4),
+    "added": lambda it: (Added(0, "mine", (0.1, 0.2, 0.3), (0.0, 0.5, 1.0)),),
+    "cloud": lambda it: False,
+    "explanations": lambda it: False,
+    "error_scale": lambda it: 0.25,
     "map_axes": lambda it: (2, 0),
     "landscape_axes": lambda it: "pca",
     "window": lambda it: "sd",

@@ -21,6 +21,7 @@ from rnnpb_explorer.core.errors import InputError
 from rnnpb_explorer.core.recognition_run import Init
 
 from ..app_states import (
+    CODEBOOK,
     FACTS,
     LANDSCAPE,
     MOTION,
@@ -84,7 +85,7 @@ def mu_of(page: Page) -> tuple[float, ...]:
 def test_a_target_is_what_motion_and_landscape_are_compared_with() -> None:
     document = opened(FACTS, do.SetTarget(TARGET))
     works = newly_wanted(FACTS, opened(), do.SetTarget(TARGET))
-    assert set(works) == {MOTION, LANDSCAPE}
+    assert set(works) == {MOTION, LANDSCAPE, CODEBOOK}
     assert REFERENCE not in wanted(FACTS, document)
     assert landscape_of(works).target is TARGET
     assert motion_of(works).steps == 10
@@ -460,7 +461,7 @@ def test_undo_goes_back_to_before_the_run_and_redo_to_its_end() -> None:
         assert RUN in page.missing
         assert stepped(page, steps).document == end
     assert page.picture.trace is not None
-    assert page.missing.keys() <= {MOTION, LANDSCAPE}
+    assert page.missing.keys() <= {MOTION, LANDSCAPE, CODEBOOK}
 
 
 def test_undo_of_a_hand_on_a_run_lets_it_go_on_where_it_stood() -> None:
@@ -503,4 +504,4 @@ def test_after_the_run_a_drag_within_the_plane_leaves_the_landscape() -> None:
     page = finished().compute()
     x, y, _ = mu_of(page)
     page.do(do.MoveOnLandscape(0, ("μ1", "μ2"), (x + 0.01, y), 1))
-    assert set(page.missing) == {MOTION}
+    assert set(page.missing) == {MOTION, CODEBOOK}
