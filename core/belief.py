@@ -24,7 +24,9 @@ ERROR_SCALE = 0.1  # radians
 LEAST_SCALE, MOST_SCALE = 0.01, 1.0
 MOST_ENTRIES = 1_500  # of a cloud
 CLOUD_MASS = 0.995  # of the belief that a cloud shows, where so many entries hold it
-MODE_GAP = 0.6  # sd of mu that two explanations lie apart at least
+# Root mean square, in radians (7°), by which the motions of two explanations differ at least.
+DIFFERENT = 0.12
+HEAVY = 400  # entries among which explanations are looked for
 MODE_MASS = 0.05  # of the belief that an explanation holds at least
 MOST_MODES = 3
 
@@ -68,13 +70,16 @@ def belief_cloud(
     *,
     scale: float = ERROR_SCALE,
     joints: ArrayLike | None = None,
+    steps: int = 0,
 ) -> Cloud:
     """The belief while an observation (T, J) comes in.
 
     Args:
         scale: s, in radians.
+        steps: frames of the whole motion, in which explanations differ; 0: those that are observed.
         joints: indices of those that are observed; None: all.
     """
+    steps = max(steps, len(np.asarray(observation)))
     errors = codebook.frame_errors(observation, joints)  # (n, S)
     weights = posterior(errors.cumsum(axis=1, dtype=np.float64), scale)
     last = weights[:, -1]
@@ -88,7 +93,7 @@ def belief_cloud(
         pbs=pbs[shown],
         weights=weights[shown].T.astype(np.float32),
         entropy=bits.astype(np.float32),
-        modes=_modes(codebook, pbs, last),
+        modes=_modes(codebook, pbs, last, steps),
         nearest=np.sqrt(errors[:learned].mean(axis=1)),
         entries=len(errors),
     )
@@ -115,15 +120,25 @@ def _heaviest(weights: NDArray[np.float64]) -> NDArray[np.intp]:
     return chosen[most[chosen] > 0]
 
 
-def _modes(codebook: Codebook, pbs: Array, weights: NDArray[np.float64]) -> tuple[Mode, ...]:
-    """Where the mass lies: the heaviest entries that are apart, each with what is round it."""
-    heavy = np.argsort(-weights, kind="stable")[: min(len(weights), 400)]
-    centers = pbs[codebook.apart(heavy, 4 * MOST_MODES, MODE_GAP)]
-    gaps = np.linalg.norm(pbs[heavy][:, None] - centers[None], axis=2)
-    mass = np.bincount(gaps.argmin(axis=1), weights=weights[heavy], minlength=len(centers))
+def _modes(
+    codebook: Codebook, pbs: Array, weights: NDArray[np.float64], steps: int
+) -> tuple[Mode, ...]:
+    """Where the mass lies: the heaviest entries whose motions differ, with what is like them."""
+    heavy = np.argsort(-weights, kind="stable")[:HEAVY]
+    kept = -(-steps // codebook.stride)
+    motions = codebook.motions[heavy, :kept].float().flatten(1).numpy()  # (H, K J)
+    squares = np.square(motions).mean(axis=1)
+    products = motions @ motions.T / motions.shape[1]
+    gaps = np.sqrt(np.maximum(squares[:, None] + squares[None] - 2 * products, 0.0))
+    centers: list[int] = []
+    for index in range(len(heavy)):
+        if not centers or gaps[index, centers].min() > DIFFERENT:
+            centers.append(index)
+    nearest = gaps[:, centers].argmin(axis=1)
+    mass = np.bincount(nearest, weights=weights[heavy], minlength=len(centers))
     ranked = [int(i) for i in np.argsort(-mass, kind="stable")[:MOST_MODES]]
     return tuple(
-        Mode(centers[i], float(mass[i]))
+        Mode(pbs[heavy[centers[i]]], float(mass[i]))
         for number, i in enumerate(ranked)
         if mass[i] >= MODE_MASS or number == 0
     )

@@ -108,9 +108,9 @@ class Codebook:
                 part = next(pieces, None)
             if part is None:
                 break
-            kept = torch.arange(-first % STRIDE, part.shape[1], STRIDE)
-            here = slice((first + STRIDE - 1) // STRIDE, (first + STRIDE - 1) // STRIDE + len(kept))
-            self.motions[rows, here] = part[:, kept].cpu().half()
+            kept = range(-first % STRIDE, part.shape[1], STRIDE)  # of this part's frames
+            place = -(-first // STRIDE)
+            self.motions[rows, place : place + len(kept)] = part[:, kept].cpu().half()
             first += part.shape[1]
             yield
         self._done[batch] = True
@@ -137,16 +137,14 @@ class Codebook:
         """(count, D) or fewer: the PBs that explain best and lie apart, the best first."""
         losses = self.frame_errors(observation, joints).mean(axis=1)
         candidates = np.argsort(losses, kind="stable")[:CANDIDATES]
-        return self.pbs[self.apart(candidates, count)]
+        return self.pbs[self._apart(candidates, count)]
 
-    def apart(
-        self, ranked: NDArray[np.intp], count: int, distance: float = APART
-    ) -> NDArray[np.intp]:
-        """At most `count` of ranked entries, each so many sd of mu from all that come before."""
+    def _apart(self, ranked: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+        """At most `count` of ranked entries, each APART from all that come before."""
         chosen: list[int] = []
         for index in ranked:
             gaps = torch.linalg.vector_norm(self.pbs[chosen] - self.pbs[int(index)], dim=1)
-            if not chosen or float(gaps.min()) > distance * self.scale:
+            if not chosen or float(gaps.min()) > APART * self.scale:
                 chosen.append(int(index))
             if len(chosen) == count:
                 break

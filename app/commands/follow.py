@@ -22,7 +22,9 @@ MAX_FRAMES = 100_000
 
 
 def run(
-    path: Annotated[str, Parameter(help="a CSV file, or - for standard input")] = "-",
+    path: Annotated[
+        str, Parameter(allow_leading_hyphen=True, help="a CSV file, or - for standard input")
+    ] = "-",
     /,
     *,
     ckpt: Checkpoint,

@@ -101,9 +101,11 @@ def run(
     seen = joint_indices(settings.joints, info.joints)
 
     from ...core.device import choose_device
+    from ...core.observation import Observation
     from ...core.recognition_run import RecognitionResult
 
     model.to(choose_device(device))
+    Observation.of(model, target.positions, settings.observed, seen)  # or it is refused now
     steps = _steps(model, target, settings, method, seen)
     result = RecognitionResult.from_steps(steps_bar(steps, settings.iterations, "recognising"))
     with replacing(out) as beside:

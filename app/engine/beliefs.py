@@ -44,7 +44,15 @@ def belief(work: BeliefWork, sources: Sources) -> Steps:
     """The cloud, and the motions of what it is torn between."""
     book = sources.codebook(work.model)
     seen = work.target.array[: max(1, int(work.observed * len(work.target)))]
-    cloud = Call(lambda: belief_cloud(book, seen, scale=work.scale, joints=work.joints or None))
+    cloud = Call(
+        lambda: belief_cloud(
+            book,
+            seen,
+            scale=work.scale,
+            joints=work.joints or None,
+            steps=len(work.target),
+        )
+    )
     yield Round(Priority.RECOGNITION, [cloud])
     model, steps = sources.models[work.model], len(work.target)
     modes = [Generation(model, tuple(mode.pb.tolist()), steps) for mode in cloud.value.modes]

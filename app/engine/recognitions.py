@@ -126,9 +126,10 @@ def _iterations(
         if fault is not None:  # no board could draw it; what was finite stays
             raise InputError(fault)
         path.add(iteration.result)
-        del iteration  # and with it the step's motions
         trace = path.trace()
         yield Stage(trace, done=trace.iterations == last)
+        if trace.iterations == last:
+            return path
 
 
 def _drawable(pieces: Pieces, widest: float) -> Pieces:

@@ -76,12 +76,15 @@ class RecognisePanel:
         self._reader = UploadReader(robot, send)
         self._examples = {example.name: example for example in examples()}
         self._add_target(gui)
-        self._add_settings(gui)
+        self._method = self._option(gui.add_dropdown("Method", list(METHODS)), "method", METHODS)
         self._add_run(gui)
+        with gui.add_folder("What is observed, and how"):
+            self._add_settings(gui)
         self._add_belief(gui)
         with gui.add_folder("Panels of Fig. 5", expand_by_default=False):
             self._curves = RunCurves(gui)
         self._add_take_away(gui)
+        self._add_file(gui)
 
     # --- building ---
     def _add_target(self, gui: viser.GuiApi) -> None:
@@ -91,8 +94,9 @@ class RecognisePanel:
             hint="a table of joint angles, an export, an animation; or a state code as a file",
             mime_type=",".join([*SUFFIXES, CODE_SUFFIX, "text/csv", "text/plain"]),
         )
-        self._add_file(gui)
         self._upload.on_upload(self._uploaded)
+        motions = gui.add_dropdown("Motion in it", [ONLY], visible=False)
+        self._motions = Bound(motions, lambda _: self._again())
         self._example = Bound(
             gui.add_dropdown("Example", [CHOOSE, *self._examples]), self._choose_example
         )
@@ -113,19 +117,16 @@ class RecognisePanel:
 
     def _add_file(self, gui: viser.GuiApi) -> None:
         """What a person may say of the file: it holds for the last one, and for the next."""
-        motions = gui.add_dropdown("Motion in it", [ONLY], visible=False)
         with gui.add_folder("File", expand_by_default=False):
             self._unit = gui.add_dropdown("Angles", list(UNITS))
             self._hands = gui.add_dropdown("Hands", list(HANDS))
             self._rate = gui.add_number(
                 "Rate, Hz", 0.0, min=0.0, max=10_000.0, step=0.1, hint="0: as the file says"
             )
-        self._motions = Bound(motions, lambda _: self._again())
         for handle in (self._unit, self._hands, self._rate):
             Bound(handle, lambda _: self._again())
 
     def _add_settings(self, gui: viser.GuiApi) -> None:
-        self._method = self._option(gui.add_dropdown("Method", list(METHODS)), "method", METHODS)
         observed = gui.add_slider(
             "Observed", MIN_OBSERVED, 1.0, 0.05, 0.8, hint="the first part; the rest is foretold"
         )
@@ -151,7 +152,6 @@ class RecognisePanel:
             ),
             "slow",
         )
-        self._minimised = gui.add_html("")
 
     def _option(self, handle: Any, name: Any, labels: Mapping[str, str] | None = None) -> Bound:
         """A widget that sets one of the next run's settings."""
@@ -164,6 +164,7 @@ class RecognisePanel:
 
     def _add_run(self, gui: viser.GuiApi) -> None:
         send = self._send
+        self._minimised = gui.add_html("")
         self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="blue")
         on_click(self._start, lambda: send(do.StartRecognition()))
         self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
