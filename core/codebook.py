@@ -126,7 +126,7 @@ class Codebook:
         """
         kept = np.asarray(observation, np.float32)[:FRAMES:STRIDE]
         which = slice(None) if joints is None else np.asarray(joints, np.intp)
-        target = torch.as_tensor(kept[:, which])
+        target = torch.tensor(kept[:, which])
         motions = self.motions[: self.entries, : len(kept), which]
         errors = [
             (part.float() - target).square().mean(dim=2).numpy() for part in motions.split(1024)

@@ -39,6 +39,7 @@ DAMPING = 0.1  # of the first step, in units of the mean diagonal of J^T J
 DAMPING_DOWN, DAMPING_UP = 0.2, 5.0  # after a step that lowered the loss, and one that did not
 MAX_DAMPING = 1e4  # steps are too short to matter there
 MIN_VARIANCE = 1e-8  # (0.1 mrad)^2: no error of a joint is smaller, whatever the loss says
+EXACT = 1e-7  # (0.3 mrad)^2: nobody sees a difference below
 ROW_BYTES = 2**23  # of one frame's gates, of the motions whose Jacobians are made at once
 PART_BYTES = 2**25  # of their hidden tangents, kept until they are read out
 BLIND = (
@@ -215,6 +216,7 @@ class Descent:
         tried = self.objective.isfinite()  # a step, not only the start
         self._damping = torch.where(tried, self._damping * factor, self._damping)
         self.done |= better & (self.objective - objective < tolerance * self.objective)
+        self.done |= objective < EXACT
         self.done |= self._damping > MAX_DAMPING
         self.loss = torch.where(better, loss, self.loss)
         self.objective = torch.where(better, objective, self.objective)

@@ -39,7 +39,9 @@ class Cache:
         key = _key(work)
         result = self._results.get(key)
         if isinstance(work, RecogniseWork) and isinstance(result, RecognitionTrace):
-            result = result.first(work.iterations) if result.iterations >= work.iterations else None
+            if not work.is_met_by(result):
+                return None
+            result = result if work.iterations is None else result.first(work.iterations)
         if result is not None:
             self._results.move_to_end(key)
         return result

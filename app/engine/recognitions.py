@@ -50,6 +50,7 @@ def recognition(work: RecogniseWork, sources: Sources, wanted_at: float) -> Step
 def _published(work: RecogniseWork, sources: Sources) -> Steps:
     """The published procedure (section III.D)."""
     model = sources.models[work.model]
+    assert work.iterations is not None
     config = RecognitionConfig(
         init=work.init,
         observed=work.observed,
@@ -72,13 +73,16 @@ def _global(work: RecogniseWork, sources: Sources) -> Steps:
     while book.entries < min(ENOUGH, len(book)):
         yield growth(book, sources, Priority.RECOGNITION)
     config = LMConfig(
-        observed=work.observed, iterations=work.iterations, joints=work.joints, beta=work.beta
+        observed=work.observed,
+        iterations=work.iterations or LM_ITERATIONS,
+        joints=work.joints,
+        beta=work.beta,
     )
     pieces = lm_pieces(model, work.target.array, config, codebook=book)
     pieces = _drawable(pieces, WIDEST * book.scale)
     path = yield from _iterations(pieces, model.config.pb_dim)
     trace = path.trace()
-    if trace.iterations == work.iterations < LM_ITERATIONS:  # it was ended before
+    if work.iterations is not None:  # somebody ended it there
         yield Stage(trace, done=True)
         return
     best = torch.as_tensor(trace.pb[trace.best]).to(model.mu)
@@ -99,15 +103,15 @@ def _live(work: RecogniseWork, sources: Sources, wanted_at: float) -> Steps:
     target = work.target.array
     follower = Follower(model, joints=work.joints, codebook=book, horizon=len(target), beside=False)
     path = _Path(1, model.config.pb_dim)
-    for number in range(work.iterations):
+    frames = int(work.observed * len(target))
+    for number in range(work.iterations or frames):
         frame = _Frame(follower, target, number, work)
         beside = _Beside(follower)
         due = wanted_at + number / work.target.fps
         yield Round(Priority.LIVE, [frame, beside], not_before=due)
         path.add(frame.result)
         yield Stage(path.trace(), done=False)
-    whole = work.iterations == int(work.observed * len(target))
-    yield Stage(path.trace(finished=whole), done=True)
+    yield Stage(path.trace(finished=work.iterations is None), done=True)
 
 
 def _iterations(

@@ -170,6 +170,8 @@ class Session:
             case _:
                 after = update(self._facts, self.document, event)
                 self._history = self._history.step(after, gesture_of(event), now)
+                if event == do.StartRecognition() and after.recognition.method == "live":
+                    screen.played = None  # the page goes back to the first frame
 
     def _ask(self) -> None:
         """Have the engine do what is missing, and nothing else."""

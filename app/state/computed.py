@@ -28,7 +28,7 @@ class Entry:
         if not self.answers(work):
             return False
         if isinstance(work, RecogniseWork) and isinstance(self.result, RecognitionTrace):
-            return self.result.finished or self.result.iterations >= work.iterations
+            return work.is_met_by(self.result)
         return self.done
 
     @property

@@ -172,7 +172,7 @@ def recognise_work(facts: Facts, document: Document) -> RecogniseWork | None:
     if run is None or document.target is None:
         return None
     settings = run.settings
-    paper = settings.method == "paper"
+    paper, cut = settings.method == "paper", run.settled and not run.finished
     return RecogniseWork(
         model=run.model,
         target=document.target,
@@ -181,9 +181,7 @@ def recognise_work(facts: Facts, document: Document) -> RecogniseWork | None:
         joints=joint_indices(facts[run.model], settings.joints),
         beta=settings.beta if facts[run.model].stochastic else 0.0,
         init=settings.init if paper else "learned",
-        iterations=run.done
-        if run.settled and not run.finished
-        else most_iterations(document, settings),
+        iterations=run.done if cut else settings.iterations if paper else None,
         trials=settings.trials if paper else 1,
         seed=run.seed if paper else 0,
     )

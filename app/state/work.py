@@ -50,7 +50,7 @@ class RecogniseWork:
     """A recognition: the published one (section III.D) with a seed, or one of the others.
 
     The first iterations of a longer run are those of a shorter one: `iterations` says how many are
-    wanted, and is no part of what the run is.
+    wanted, and is no part of what the run is. None: as many as it takes until it ends by itself.
 
     joints: indices of those that are observed; () means all. init, trials, seed: only of the
     published one.
@@ -63,9 +63,15 @@ class RecogniseWork:
     joints: tuple[int, ...]
     beta: float
     init: Init
-    iterations: int
+    iterations: int | None
     trials: int
     seed: int
+
+    def is_met_by(self, trace: RecognitionTrace) -> bool:
+        """Whether nothing is left to compute."""
+        if self.iterations is None:
+            return trace.finished
+        return trace.iterations >= self.iterations
 
 
 @dataclass(frozen=True)

@@ -167,7 +167,7 @@ class RecognisePanel:
         self._minimised = gui.add_html("")
         self._start = gui.add_button("Start", icon=viser.Icon.PLAYER_PLAY, color="blue")
         on_click(self._start, lambda: send(do.StartRecognition()))
-        self._pause = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE, visible=False)
+        self._pause = gui.add_button("Pause the run", icon=viser.Icon.PLAYER_PAUSE, visible=False)
         on_click(self._pause, lambda: send(do.PauseRecognition(not self._paused)))
         self._step = gui.add_button(
             "One step", icon=viser.Icon.PLAYER_SKIP_FORWARD, visible=False, hint="one iteration"
@@ -175,7 +175,9 @@ class RecognisePanel:
         on_click(self._step, lambda: send(do.StepRecognition()))
         self._cancel = gui.add_button("Cancel", icon=viser.Icon.PLAYER_STOP, visible=False)
         on_click(self._cancel, lambda: send(do.CancelRecognition()))
-        self._forget = gui.add_button("Forget the target", icon=viser.Icon.X, visible=False)
+        self._forget = gui.add_button(
+            "Forget the target", icon=viser.Icon.X, color="gray", visible=False
+        )
         on_click(self._forget, lambda: send(do.ClearTarget()))
         self._progress = gui.add_progress_bar(0.0, visible=False)
         self._status = gui.add_html("")
@@ -325,7 +327,7 @@ class RecognisePanel:
         assign(self._start, visible=not running, disabled=document.target is None)
         for handle in (self._pause, self._cancel):
             assign(handle, visible=running)
-        assign(self._pause, label="Go on" if self._paused else "Pause")
+        assign(self._pause, label="Go on with the run" if self._paused else "Pause the run")
         assign(self._step, visible=running and self._paused)
         assign(self._forget, visible=document.target is not None and not running)
         assign(self._progress, visible=running)
