@@ -68,10 +68,12 @@ def iterations_figure(
             grid[-1], ("PB", "iteration", "iteration", "iteration", "frame"), strict=True
         ):
             axes.set_xlabel(label)
-        weight_of_kl = f"{beta:g}/{len(target.joints)}" if beta else "0"
+        kl = "KL divergence (no part of the loss here)"
+        if beta:
+            kl = f"{beta:g}/{len(target.joints)} × KL divergence"
         handles = [
             Line2D([], [], color=BLUE, label="reconstruction loss"),
-            Line2D([], [], color=ORANGE, label=f"{weight_of_kl} × KL divergence"),
+            Line2D([], [], color=ORANGE, label=kl),
             Line2D([], [], color="black", label="generated"),
             Line2D([], [], color="black", linestyle="--", label="target"),
         ]
