@@ -1,17 +1,21 @@
-"""How well a model reproduces the motions it was trained on (Table I)."""
+"""How well a model reproduces the motions it was trained on (Table I), or a part of a body."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from .codebook import Codebook
 from .errors import InputError
 from .model import RNNPB
 from .motion import Motion
 from .observation import Observation
+from .recognition_lm import LMConfig, recognize_lm
+from .recognition_run import RecognitionResult
 
 
 def reconstruction(
@@ -37,6 +41,50 @@ def reconstruction(
 def reconstruction_at_mean(model: RNNPB, motions: Sequence[Motion]) -> NDArray[np.float64]:
     """(N,) error of each motion, averaged over frames and joints, at its mu and sigma = 0."""
     return _errors(model, motions, 0, 0)[:, 0]
+
+
+@dataclass(frozen=True)
+class HiddenJoints:
+    """Errors over N training motions, recognised with all joints and with some: mean, median.
+
+    seen: of the observed joints. hidden: of the others, inferred. hidden_if_seen: of the same where
+    all joints are observed. All squared, averaged over all frames.
+    """
+
+    seen: tuple[float, float]
+    hidden: tuple[float, float]
+    hidden_if_seen: tuple[float, float]
+
+
+def hidden_joints(
+    model: RNNPB,
+    motions: Sequence[Motion],
+    joints: Sequence[int],
+    codebook: Codebook,
+    done: Callable[[], object] = lambda: None,
+) -> HiddenJoints:
+    """What a model makes of the rest of the body.
+
+    Args:
+        joints: indices of those that are observed.
+        done: called after each motion.
+    """
+    seen = list(joints)
+    hidden = [joint for joint in range(model.config.num_joints) if joint not in seen]
+    errors = []
+    for motion in motions:
+        row = []
+        for observed in (seen, []):
+            config = LMConfig(joints=tuple(observed))
+            steps = recognize_lm(model, motion.positions, config, codebook=codebook)
+            result = RecognitionResult.from_steps(steps)
+            error = np.square(result.best_output[result.best_trial] - motion.positions)
+            row += [error[:, seen].mean(), error[:, hidden].mean()]
+        errors.append((row[0], row[1], row[3]))
+        done()
+    values = np.array(errors, dtype=np.float64)
+    means, medians = values.mean(axis=0), np.median(values, axis=0)
+    return HiddenJoints(*((float(a), float(b)) for a, b in zip(means, medians, strict=True)))
 
 
 @torch.no_grad()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from shared_files import shared
 
 from rnnpb_explorer.core.checkpoint import load_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.data import Dataset
+from rnnpb_explorer.core.files import CACHE_VARIABLE
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import MotionLabel
 from rnnpb_explorer.robot.data import load_dataset
@@ -50,6 +52,14 @@ def shared_dir() -> Path:
 def published_pepper() -> Path:
     """The URDF file of Pepper's published description."""
     return shared("robots", "pepper_description", "urdf", "pepper.urdf")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """No test leaves anything in the user's cache, or finds something there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(CACHE_VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="session")

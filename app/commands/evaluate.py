@@ -16,7 +16,9 @@ from .flags import (
     Data,
     DeviceName,
     FileFlags,
+    Joints,
     Seed,
+    joint_indices,
     load_model,
     one_of,
     read_by,
@@ -27,6 +29,7 @@ from .flags import (
 from .progress import progress_bar
 from .tables import (
     Row,
+    hidden_table,
     print_table,
     recognition_tables,
     reconstruction_table,
@@ -39,7 +42,7 @@ if TYPE_CHECKING:
     from ...core.motion import Motion
     from ...core.paper.recognition_table import Procedure
 
-TASKS = ("reconstruction", "recognition", "structure")
+TASKS = ("reconstruction", "recognition", "structure", "hidden")
 
 
 @FLAGS
@@ -49,12 +52,14 @@ class Flags:
 
     Args:
         task: reconstruction (Table I), recognition (Table II), structure (scale and landscapes of
-            the latent space), or several of them
+            the latent space), hidden (what is inferred of joints that are not observed), or several
+            of them
         samples: reconstruction: PBs a motion
         draws: recognition: sets of ten novel patterns, by seed, seed + 1, ..
         trials: recognition: of a pattern
         iterations: recognition: of a trial
         targets: recognition: of this motion, or of those in this folder, instead of novel patterns
+        joints: hidden: those that are observed
         lm: recognition: Levenberg-Marquardt from the closest learned mu, too
         json: write the tables to this file, too
     """
@@ -67,6 +72,7 @@ class Flags:
     trials: Annotated[int, read_by(whole(1, 1_000))] = 10
     iterations: Annotated[int, read_by(whole(1, 100_000))] = 100
     targets: Path | None = None
+    joints: Joints = ()
     lm: bool = False
     seed: Seed = 0
     device: DeviceName = "auto"
@@ -76,6 +82,9 @@ class Flags:
 def run(flags: Flags, file: FileFlags | None = None) -> None:
     if flags.json is not None:
         check_writable(flags.json)
+
+    if "hidden" in flags.task and not flags.joints:
+        raise InputError("--task hidden needs --joints: those that are observed")
 
     # Every checkpoint is read before the first is measured: a mistyped one shows at once.
     subjects = [_subject(checkpoint, flags, file) for checkpoint in flags.ckpt]
@@ -97,6 +106,8 @@ def run(flags: Flags, file: FileFlags | None = None) -> None:
             print_table(table)
     if "structure" in measured:
         print_table(structure_table(measured["structure"]))
+    if "hidden" in measured:
+        print_table(hidden_table(measured["hidden"]))
     if flags.json is not None:
         write_json(flags.json, measured)
 
@@ -153,6 +164,8 @@ def _steps(subject: _Subject, task: str, flags: Flags) -> int:
 
     if task == "recognition":
         return len(subject.patterns) * len(_procedures(flags))
+    if task == "hidden":
+        return len(subject.motions)
     return landscape_count(len(subject.motions)) if task == "structure" else 1
 
 
@@ -215,8 +228,21 @@ def _structure(subject: _Subject, flags: Flags, done: Callable[[], object]) -> l
     return [asdict(structure(subject.model, subject.motions, done))]
 
 
+def _hidden(subject: _Subject, flags: Flags, done: Callable[[], object]) -> list[Row]:
+    """What the model makes of the joints that are not observed."""
+    from ...core.evaluation import hidden_joints
+
+    model = subject.model
+    seen = joint_indices(flags.joints, model.info.joints)
+    if len(seen) == len(model.info.joints):
+        raise InputError("--joints: all joints are observed, and none is hidden")
+    measured = hidden_joints(model, subject.motions, seen, whole_codebook(model), done)
+    return [asdict(measured) | {"joints": list(flags.joints), "motions": len(subject.motions)}]
+
+
 _MEASURES = {
     "reconstruction": _reconstruction,
     "recognition": _recognition,
     "structure": _structure,
+    "hidden": _hidden,
 }

@@ -91,6 +91,20 @@ def structure_table(rows: Sequence[Row]) -> Table:
     return table
 
 
+def hidden_table(rows: Sequence[Row]) -> Table:
+    """What these checkpoints make of joints that are not observed."""
+    first = rows[0]
+    table = _table(
+        f"Error of {first['motions']} training motions where {len(first['joints'])} joints are "
+        "observed: mean / median",
+        ("observed joints", "hidden joints", "the same, observed"),
+    )
+    for row in rows:
+        pairs = (row[name] for name in ("seen", "hidden", "hidden_if_seen"))
+        table.add_row(*_facts(row), *(f"{mean:.6f} / {median:.6f}" for mean, median in pairs))
+    return table
+
+
 def sweep_table(
     entries: Sequence[Entry], seeds: int, motions: int, samples: int, width: float = math.inf
 ) -> Table:

@@ -42,6 +42,7 @@ def test_two_models_of_an_arm_are_compared_and_one_recognises(
     explorer.until(lambda: not agree(explorer.pose(1), other), "the other model's arm stays")
     explorer.tab("Recognise")
     explorer.upload("new.csv", format_motion(recording("new", 0.5)).encode())
+    explorer.choose("Method", "as published: sampling and Adam")
     explorer.set_value("Iterations", 20)
     explorer.click("Start")
-    explorer.text("Recognition done").wait_for()
+    explorer.text("Best: iteration").wait_for()

@@ -15,6 +15,7 @@ from rnnpb_explorer.core.motion import format_motion
 
 FIELD = Path(__file__).parents[1] / "field" / "motions"
 ITERATIONS = 30
+PUBLISHED = "as published: sampling and Adam"
 
 
 @pytest.fixture
@@ -41,9 +42,10 @@ def test_an_uploaded_motion_is_recognised_and_a_reload_brings_it_back(
         recognising.upload("novel.csv", novel_motion)
         recognising.text("60 frames").wait_for()
     assert recognising.told("landscape", "target") == "Compared with novel"
+    recognising.choose("Method", PUBLISHED)
     recognising.set_value("Iterations", ITERATIONS)
     recognising.click("Start")
-    recognising.text("Recognition done").wait_for()
+    recognising.text("Best: iteration").wait_for()
     whole = f"Recognition at iteration {ITERATIONS} of {ITERATIONS}:"
     assert not agree(recognising.pose(), pose), "the robot does not show what was recognised"
     # Scrubbing through the iterations moves the puck along the path.
@@ -65,7 +67,7 @@ def test_an_uploaded_motion_is_recognised_and_a_reload_brings_it_back(
     before, pose = told(), recognising.pose()
     recognising.reload(app)
     recognising.tab("Recognise")
-    recognising.text("Recognition done").wait_for()
+    recognising.text("Best: iteration").wait_for()
     recognising.until(lambda: told() == before, "a reload brings another screen back")
     recognising.until(lambda: agree(recognising.pose(), pose), "the robot stands otherwise")
     assert recognising.value("Iterations") == ITERATIONS
@@ -74,12 +76,108 @@ def test_an_uploaded_motion_is_recognised_and_a_reload_brings_it_back(
 def test_a_recognition_can_be_cancelled(recognising: ExplorerPage, novel_motion: bytes) -> None:
     recognising.upload("novel.csv", novel_motion)
     recognising.text("60 frames").wait_for()
+    recognising.choose("Method", PUBLISHED)
     recognising.set_value("Iterations", 300)
     recognising.set_value("Trials", 10)
     recognising.click("Start")
     recognising.click("Cancel")
-    recognising.text("Recognition cancelled").wait_for()
+    recognising.text("Cancelled after").wait_for()
     recognising.button("Start").wait_for()
+
+
+def test_a_verdict_comes_in_words_and_the_belief_as_a_cloud(recognising: ExplorerPage) -> None:
+    recognising.choose("Example", "halfway")
+    recognising.text("Target: halfway, 120 frames").wait_for()
+    recognising.text("it shrinks to a place between the two").wait_for()
+    recognising.click("Start")
+    recognising.text("Recognised: 100% of the observed variance explained.").wait_for()
+    recognising.text("Reveal the rest to see how well it foretells").wait_for()
+    recognising.tick("Reveal the rest", on=True)
+    recognising.text("100% of the foretold").wait_for()
+    recognising.until(
+        lambda: "Belief after frame" in recognising.told("map", "belief"), "there is no cloud"
+    )
+    # What has been seen by the first frame says less than all of it.
+    spread = []
+    for frame in (0, 90):
+        recognising.page.evaluate("(frame) => window.rnnpb.part.playback.seek(frame)", frame)
+        at = frame - frame % 12
+        recognising.until(
+            lambda at=at: f"after frame {at}:" in recognising.told("map", "belief"), "another frame"
+        )
+        words = recognising.told("map", "belief")
+        spread.append(int(words.split("spread over ")[1].split(" of ")[0]))
+    assert spread[1] < 0.1 * spread[0]
+    recognising.screenshot("verdict")
+
+
+def test_a_motion_that_the_model_cannot_make_is_called_so(recognising: ExplorerPage) -> None:
+    recognising.choose("Example", "wave")
+    recognising.text("Target: wave").wait_for()
+    recognising.click("Start")
+    recognising.text("Beyond this model:").wait_for()
+
+
+def test_half_of_the_body_is_inferred(recognising: ExplorerPage) -> None:
+    recognising.choose("Example", "half_hidden")
+    recognising.text("Inferred, not observed: RElbowRoll").wait_for()
+    recognising.click("Start")
+    recognising.text("Recognised:").wait_for()
+    assert recognising.text("joints that were not observed").count() == 0
+    recognising.tick("Reveal the rest", on=True)
+    recognising.text("of the joints that were not observed").wait_for()
+    options = recognising.page.locator("select.rb-select option").all_inner_texts()
+    assert "RElbowRoll (inferred)" in options
+    assert "LElbowRoll" in options
+
+
+def test_a_motion_is_followed_while_it_plays(recognising: ExplorerPage) -> None:
+    recognising.choose("Example", "halfway")
+    recognising.text("Target: halfway").wait_for()
+    recognising.choose("Method", "live: while the motion plays")
+    recognising.click("Start")
+    recognising.text("Recognising: frame").wait_for()
+    recognising.wait_for("part.playback.clock.playing === true")
+    recognising.text("All 96 frames seen").wait_for()
+    assert recognising.told("map", "path").startswith("Recognition at iteration 96 of 96")
+
+
+def test_a_run_is_watched_step_by_step(recognising: ExplorerPage, novel_motion: bytes) -> None:
+    recognising.upload("novel.csv", novel_motion)
+    recognising.text("60 frames").wait_for()
+    recognising.choose("Method", PUBLISHED)
+    recognising.tick("Slow enough to watch", on=True)
+    recognising.click("Start")
+    recognising.text("Recognising: iteration").wait_for()
+    recognising.click("Pause the run")
+    recognising.text("Paused at iteration").wait_for()
+    line = recognising.text("Paused at iteration").inner_text()
+    before = int(line.split("iteration ")[1].split(" ")[0])
+    recognising.click("One step")
+    recognising.text(f"Paused at iteration {before + 1} of").wait_for()
+    recognising.click("Cancel")
+    recognising.text(f"Cancelled after {before + 1} iterations").wait_for()
+
+
+def test_what_was_found_is_taken_away(
+    app: App, recognising: ExplorerPage, novel_motion: bytes
+) -> None:
+    recognising.upload("novel.csv", novel_motion)
+    recognising.text("60 frames").wait_for()
+    recognising.click("Start")
+    recognising.text("Best: iteration").wait_for()
+    recognising.page.get_by_text("Take it away").click()
+    name, content = recognising.download("Belief path (CSV)")
+    assert name == "novel_strong_belief_path.csv"
+    assert content.startswith(b"trial,iteration,mu1,")
+    name, content = recognising.download("Figure (PNG)")
+    assert (name, content[:4]) == ("novel_strong.png", b"\x89PNG")
+    recognising.click("Add to the map")
+    recognising.until(lambda: recognising.told("map", "added") == "Your points: novel", "no point")
+    recognising.reload(app)
+    recognising.until(
+        lambda: recognising.told("map", "added") == "Your points: novel", "it is lost"
+    )
 
 
 def test_the_name_of_a_file_is_shown_as_it_is_and_does_nothing_to_the_page(

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import settings
 
 from rnnpb_explorer.core import RNNPB, codebook
-from rnnpb_explorer.core.files import CACHE_VARIABLE
 
 from .cli_harness import Rnnpb
 
@@ -19,10 +18,9 @@ settings.load_profile("no deadline")
 
 
 @pytest.fixture(autouse=True, scope="session")
-def small_codebooks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Codebooks that are made in a moment, in a cache of the tests' own."""
+def small_codebooks() -> Iterator[None]:
+    """Codebooks that are made in a moment."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(CACHE_VARIABLE, str(tmp_path_factory.mktemp("cache")))
         patch.setattr(codebook, "SIZE", 512)
         patch.setattr(codebook, "SMALLEST", 128)
         yield

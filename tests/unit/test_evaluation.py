@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
+from rnnpb_explorer.core.codebook import complete_codebook
 from rnnpb_explorer.core.data import Dataset
 from rnnpb_explorer.core.errors import InputError
-from rnnpb_explorer.core.evaluation import reconstruction, reconstruction_at_mean
+from rnnpb_explorer.core.evaluation import (
+    hidden_joints,
+    reconstruction,
+    reconstruction_at_mean,
+)
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.core.motion import Motion
+
+from .cli_harness import Rnnpb
 
 
 @pytest.fixture
@@ -80,3 +89,53 @@ def test_other_data_than_the_model_s(tiny_model: RNNPB, motions: list[Motion]) -
         reconstruction(tiny_model, [wide, *motions[1:]])
     with pytest.raises(InputError, match="samples must be at least 1"):
         reconstruction(tiny_model, motions, samples=0)
+
+
+# --- hidden joints ---
+def test_what_is_hidden_is_inferred_and_scored(tiny_model: RNNPB) -> None:
+    """Of a model that knows these motions, each joint tells of the others."""
+    motions = [
+        Motion(name, tiny_model.info.joints, tiny_model.reconstruct(i, 30).numpy(), 20.0)
+        for i, name in enumerate(("wave", "bow", "rest"))
+    ]
+    told: list[int] = []
+    measured = hidden_joints(
+        tiny_model, motions, [0, 1], complete_codebook(tiny_model), lambda: told.append(1)
+    )
+    assert len(told) == 3
+    assert max(measured.seen) < 1e-4
+    assert max(measured.hidden) < 1e-2
+    assert max(measured.hidden_if_seen) <= max(measured.hidden) + 1e-6
+    broken = [
+        Motion(one.name, one.joints, one.positions + np.eye(5, dtype=np.float32)[4], 20.0)
+        for one in motions
+    ]
+    far = hidden_joints(tiny_model, broken, [0, 1], complete_codebook(tiny_model))
+    assert far.hidden[0] == pytest.approx(1 / 3, abs=0.05)  # one of three joints is off by 1
+    np.testing.assert_allclose(far.seen, measured.seen, atol=1e-5)
+
+
+def test_the_command_measures_hidden_joints(rnnpb: Rnnpb) -> None:
+    flags = ("evaluate", "--ckpt", "tiny.pt", "--data", "data", "--task", "hidden")
+    outcome = rnnpb(*flags, "--joints", "a,b", "--json", "h.json")
+    assert outcome.code == 0, outcome
+    (row,) = json.loads(Path("h.json").read_text())["hidden"]
+    assert (row["joints"], row["motions"]) == (["a", "b"], 3)
+    assert f"{row['hidden'][0]:.6f} / {row['hidden'][1]:.6f}" in outcome.out
+    assert "needs --joints" in rnnpb.refuses(*flags)
+    assert "none is hidden" in rnnpb.refuses(*flags, "--joints", "a,b,c,d,e")
+    assert "no joint 'q'" in rnnpb.refuses(*flags, "--joints", "q")
+
+
+def test_other_motions_than_novel_patterns_are_recognised(rnnpb: Rnnpb) -> None:
+    flags = ("evaluate", "--ckpt", "tiny.pt", "--data", "data", "--task", "recognition")
+    settings = ("--trials", 2, "--iterations", 2, "--json", "r.json")
+    outcome = rnnpb(*flags, *settings, "--targets", "data")
+    assert outcome.code == 0, outcome
+    rows = json.loads(Path("r.json").read_text())["recognition"]
+    assert [row["warm_start"] for row in rows] == ["baseline", "learned", "random", "global"]
+    assert {(row["patterns"], len(row["draws"])) for row in rows} == {(3, 0)}
+    assert all(row["seconds"] > 0 for row in rows)
+    assert "3 given motions" in outcome.out
+    Path("none").mkdir()
+    assert "no file lies there" in rnnpb.refuses(*flags, "--targets", "none")

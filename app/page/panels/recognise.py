@@ -13,7 +13,7 @@ import viser
 from ....core.belief import LEAST_SCALE
 from ....core.recognition_run import Method
 from ....robot.description import Robot
-from ....robot.reading import SUFFIXES, Hands, Said, Unit
+from ....robot.reading import NOTHING_SAID, SUFFIXES, Hands, Said, Unit
 from ...state import intents as do
 from ...state.document import MAX_ITERATIONS, MAX_TRIALS, MIN_OBSERVED, Document
 from ...state.facts import Facts
@@ -72,6 +72,7 @@ class RecognisePanel:
         self._facts, self._send = facts, send
         self._paused = False
         self._active = 0
+        self._said = NOTHING_SAID  # of the file
         self._target_name = ""
         self._reader = UploadReader(robot, send)
         self._examples = {example.name: example for example in examples()}
@@ -124,7 +125,7 @@ class RecognisePanel:
                 "Rate, Hz", 0.0, min=0.0, max=10_000.0, step=0.1, hint="0: as the file says"
             )
         for handle in (self._unit, self._hands, self._rate):
-            Bound(handle, lambda _: self._again())
+            Bound(handle, lambda _: self._say())
 
     def _add_settings(self, gui: viser.GuiApi) -> None:
         observed = gui.add_slider(
@@ -243,8 +244,12 @@ class RecognisePanel:
 
     # --- what a person does (viser's event loop: only hand on) ---
     def _read(self, upload: Upload, motion: str | None = None) -> None:
-        said = Said(self._rate.value or None, UNITS[self._unit.value], HANDS[self._hands.value])
-        self._reader.read(replace(upload, said=said, motion=motion))
+        self._reader.read(replace(upload, said=self._said, motion=motion))
+
+    def _say(self) -> None:
+        rate = self._rate.value or None
+        self._said = Said(rate, UNITS[self._unit.value], HANDS[self._hands.value])
+        self._again()
 
     def _again(self) -> None:
         """Read the last file once more, with what is said of it now."""

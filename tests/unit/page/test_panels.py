@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from html import escape
 from itertools import combinations
 from queue import Queue
@@ -46,6 +45,7 @@ from ..app_states import (
     target_motion,
 )
 from .pictures import Clock, after, answered, broke_off, came_to, open_screen
+from .widgets import hand, labelled
 
 ROBOT = load_robot("pepper")
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
@@ -56,40 +56,6 @@ ALL_SIZES = pytest.mark.parametrize(
     [ONE_DIMENSION, FACTS, DETERMINISTIC, TWELVE_DIMENSIONS, LARGEST],
     ids=["D1", "D3", "deterministic", "D12", "D128"],
 )
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    made = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield made
-    made.stop()
-
-
-@pytest.fixture
-def gui(server: viser.ViserServer) -> Iterator[viser.GuiApi]:
-    yield server.gui
-    server.gui.reset()
-
-
-def hand(handle: Any, value: object = True) -> None:
-    """A person sets a widget: viser stores the value, then tells of it with the person's client."""
-    handle._impl.value = value
-    event = SimpleNamespace(client=object(), client_id=0, target=handle)
-    for callback in handle._impl.update_cb:
-        result = callback(event)
-        if inspect.iscoroutine(result):
-            hand_on(result)
-
-
-def labelled(gui: viser.GuiApi, label: str) -> Any:
-    """The widget with this label."""
-    found = [
-        handle
-        for handle in gui._gui_input_handle_from_uuid.values()
-        if getattr(handle, "label", None) == label
-    ]
-    (handle,) = found
-    return handle
 
 
 # --- a widget whose value belongs to the state ---

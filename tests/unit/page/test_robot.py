@@ -63,19 +63,6 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     return load_robot(str(write_arm(tmp_path_factory.mktemp("robot"))))
 
 
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    running = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield running
-    running.stop()
-
-
-@pytest.fixture
-def gui(server: viser.ViserServer) -> Iterator[viser.GuiApi]:
-    yield server.gui
-    server.gui.reset()
-
-
 @pytest.fixture
 def scene(server: viser.ViserServer) -> Iterator[viser.SceneApi]:
     yield server.scene
