@@ -52,7 +52,7 @@ def run(model: RNNPB) -> Table:
 
 
 def _global(table: Table, model: RNNPB, target: NDArray[np.float32]) -> None:
-    """A search from a codebook against one published trial, and a frame of a motion that arrives."""
+    """A search from a codebook against one published trial; a frame of a motion that arrives."""
     started = time.perf_counter()
     book = Codebook(model)
     while not book.complete:

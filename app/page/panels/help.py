@@ -17,8 +17,9 @@ cliffs.
 
 **Recognise**: give it a motion, as CSV (a header of joint names, one row a frame), as JSON or
 NAOqi script as the tab **Robot** exports them, or as ROS, Choregraphe and others write them. The
-model moves μ and σ until it reproduces what it sees. Beside Pepper stands a robot that does what
-was given; **Reveal the rest** shows what it does after the observed part.
+model moves μ and σ until it reproduces what it sees, and says how much of it that explains. Beside
+Pepper stands a robot that does what was given; **Reveal the rest** shows what it does after the
+observed part. The violet cloud on the map is what the model believes by the frame that is played.
 
 Keys: **Space** plays and pauses, **Z** undoes, **Y** does it again, **R** resets the view.
 **Ctrl+K** opens the list of commands.
