@@ -11,19 +11,26 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .checkpoint import load_checkpoint, save_checkpoint, shipped_checkpoints
+    from .codebook import Codebook, complete_codebook
     from .correlation import landscape
     from .data import Dataset
     from .errors import InputError
+    from .following import Follower
     from .model import RNNPB, ModelConfig, ModelInfo
     from .motion import Motion, MotionLabel, write_motion
     from .recognition import recognize
+    from .recognition_lm import LMConfig, recognize_lm
     from .recognition_run import RecognitionConfig, RecognitionResult
+    from .verdict import explained
     from .windows import Landscape
 
 __all__ = [
     "RNNPB",
+    "Codebook",
     "Dataset",
+    "Follower",
     "InputError",
+    "LMConfig",
     "Landscape",
     "ModelConfig",
     "ModelInfo",
@@ -31,9 +38,12 @@ __all__ = [
     "MotionLabel",
     "RecognitionConfig",
     "RecognitionResult",
+    "complete_codebook",
+    "explained",
     "landscape",
     "load_checkpoint",
     "recognize",
+    "recognize_lm",
     "save_checkpoint",
     "shipped_checkpoints",
     "write_motion",
@@ -41,13 +51,17 @@ __all__ = [
 
 _MODULES = {
     "checkpoint": ("load_checkpoint", "save_checkpoint", "shipped_checkpoints"),
+    "codebook": ("Codebook", "complete_codebook"),
     "correlation": ("landscape",),
     "data": ("Dataset",),
     "errors": ("InputError",),
+    "following": ("Follower",),
     "model": ("RNNPB", "ModelConfig", "ModelInfo"),
     "motion": ("Motion", "MotionLabel", "write_motion"),
     "recognition": ("recognize",),
+    "recognition_lm": ("LMConfig", "recognize_lm"),
     "recognition_run": ("RecognitionConfig", "RecognitionResult"),
+    "verdict": ("explained",),
     "windows": ("Landscape",),
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names}
