@@ -256,10 +256,11 @@ class Follower:
             objective += ((far @ self._precision) * far).sum(dim=1)
             tried += zip(objective.tolist(), at, strict=True)
             if step < STEPS:
+                there = self._model.mu
                 normal, slope = yield from normal_equations(
-                    self._model, at.to(self._model.mu), residual.to(self._model.mu), self._joints
+                    self._model, at.to(there), residual.to(there), self._joints.to(there.device)
                 )
-                at = at + self._step(normal, slope, at)
+                at = at + self._step(normal.cpu(), slope.cpu().double(), at)
         _, best = min(tried, key=lambda one: one[0])
         yield from self._linearise(best, max(self._horizon, len(seen) + LONGER))
 

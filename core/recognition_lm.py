@@ -45,7 +45,8 @@ PART_BYTES = 2**25  # of their hidden tangents, kept until they are read out
 BLIND = (
     torch.finfo(torch.float32).eps ** 2
 )  # share of J^T J that a float32 Jacobian cannot tell from 0
-PIECE_FRAMES = 64  # of a Jacobian, between two pieces of its work
+PIECE_FRAMES = 64  # of a Jacobian, at most, between two pieces of its work,
+PIECE_ROWS = 64 * 40  # frames times rows: of eight motions with four tangents each
 MOST_TANGENTS = 64  # of all starts of a global search together; each costs a row in every frame
 OPEN = 1e3  # deviation, of a direction that nothing determines, where it has to be finite
 
@@ -326,7 +327,8 @@ def jacobian_parts(model: RNNPB, pb: Tensor, steps: int) -> Iterator[Tensor]:
     c = first.new_zeros(())
     dc = first.new_zeros(())
     gates = first  # (B, 1 + D, 4H); x_0 = h_0 = 0
-    at_once = max(1, min(PIECE_FRAMES, PART_BYTES // (tangents.nbytes // 4)))
+    rows = len(pb) * (1 + pb.shape[1])
+    at_once = max(1, min(PIECE_FRAMES, PIECE_ROWS // rows, PART_BYTES // (tangents.nbytes // 4)))
     hidden: list[Tensor] = []
     for step in range(1, steps + 1):
         i, f, g, o = gates[:, :1].chunk(4, dim=2)  # (B, 1, H)

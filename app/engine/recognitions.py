@@ -31,7 +31,7 @@ from .sources import Sources
 
 ENOUGH = 1_024  # entries of a codebook: a global search waits for as many
 WIDEST = 10.0  # sd of the learned mu: deviation of what nothing determines
-BESIDE = 2  # pieces of a linearisation between two frames of a motion that arrives
+BESIDE = 3  # pieces of a linearisation between two frames of a motion that arrives
 
 Pieces = Iterator[RecognitionStep | None]
 

@@ -107,7 +107,7 @@ export class Board {
   }
   /** Pixels around the plot. @returns {{ left: number, right: number, top: number, bottom: number }} */
   margins() {
-    return { left: 42, right: 8, top: 6, bottom: 30 };
+    return { left: 46, right: 8, top: 6, bottom: 30 };
   }
   /** @param {CanvasRenderingContext2D} _context @param {View} _view */
   content(_context, _view) {}

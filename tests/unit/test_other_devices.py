@@ -19,7 +19,11 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from torch.utils._pytree import tree_leaves
 
 from rnnpb_explorer.core import RNNPB, landscape, load_checkpoint
+from rnnpb_explorer.core.codebook import Codebook
 from rnnpb_explorer.core.device import choose_device
+from rnnpb_explorer.core.following import Follower
+from rnnpb_explorer.core.observation import Observation
+from rnnpb_explorer.core.recognition_lm import posterior_pieces
 from rnnpb_explorer.core.training import Trainer, TrainingProgress
 
 from .cli_harness import Rnnpb
@@ -126,6 +130,22 @@ def test_nothing_is_mixed(
     assert "meta" in seen
     for file in Path().rglob("C.pt"):
         assert load_checkpoint(file).mu.device.type == "cpu"
+
+
+def test_a_follower_and_a_posterior_mix_nothing(tiny_model: RNNPB, elsewhere: None) -> None:
+    model = tiny_model.to("meta")
+    book = Codebook(model, 64)
+    for _ in book.grow():
+        pass
+    follower = Follower(model, codebook=book, joints=(0, 1), beside=False, horizon=30)
+    for frame in np.zeros((3, 5)):
+        assert follower.update(frame).foretold.shape == (30, 5)
+        while follower.work():
+            pass
+    seen = Observation.of(model, np.zeros((20, 5)), 0.8, (0, 1))
+    *_, belief = posterior_pieces(model, model.mu[0], seen)
+    assert belief is not None
+    assert belief.covariance.shape == (3, 3)
 
 
 @pytest.mark.filterwarnings("ignore:.*copying from a non-meta parameter:UserWarning")
