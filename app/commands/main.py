@@ -17,6 +17,7 @@ COMMANDS = {
     "convert": "Read a motion file of any kind, and write it as one of our own.",
     "train": "Train a model on motions.",
     "evaluate": "Measure checkpoints as the paper does.",
+    "compare": "Measure how smooth latent spaces are, side by side.",
     "sweep": "Train and measure every model of Table I.",
     "figures": "Draw the paper's Figs. 2 to 6.",
     "data": "Fetch the REBL-Pepper motions into the user's cache.",

@@ -31,9 +31,18 @@ def print_table(table: Table) -> None:
 
 def write_json(path: str | os.PathLike[str], value: Any) -> None:
     """Write JSON; an existing file is replaced whole or not at all."""
-    text = json.dumps(value, ensure_ascii=False, indent=2, allow_nan=False)
+    text = json.dumps(_plain(value), ensure_ascii=False, indent=2, allow_nan=False)
     with replacing(path) as beside:
         beside.write_text(text + "\n", encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    """The same with null for what is no number: JSON has no other word for it."""
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def reconstruction_table(rows: Sequence[Row]) -> Table:
@@ -103,6 +112,41 @@ def hidden_table(rows: Sequence[Row]) -> Table:
         pairs = (row[name] for name in ("seen", "hidden", "hidden_if_seen"))
         table.add_row(*_facts(row), *(f"{mean:.6f} / {median:.6f}" for mean, median in pairs))
     return table
+
+
+def smoothness_table(rows: Sequence[Row], pairs: int) -> Table:
+    """How smooth models are, a model a column."""
+    of = f"{pairs} pairs of motions: median (mean, sd)" if pairs > 1 else "one pair of motions"
+    table = Table(title=f"Smoothness over {of}")
+    table.add_column("")
+    for row in rows:
+        table.add_column(_facts(row)[0], justify="right")
+    lines = [("sd of the learned mu", [f"{row['mu_sd']:.2f}" for row in rows])]
+    for window, label in (("absolute", "±1"), ("sd", "±0.7 sd")):
+        for name in ("mean", "area", "roughness"):
+            values = [row["landscapes"][window][name] for row in rows]
+            lines.append((f"landscape {label}: {name}", [_middle(one, pairs) for one in values]))
+    for name, label in (
+        ("stretch", "stretch at mu, ° a unit"),
+        ("stretch_per_sd", "stretch at mu, ° a sd"),
+        ("stretch_between", "stretch half-way, ° a unit"),
+        ("stretch_between_per_sd", "stretch half-way, ° a sd"),
+        ("condition", "condition at mu"),
+        ("wander", "wander"),
+        ("cliff", "cliff"),
+        ("detour", "detour"),
+        ("jerk", "jerk half-way"),
+    ):
+        lines.append((label, [_middle(row[name], pairs) for row in rows]))
+    for label, cells in lines:
+        table.add_row(label, *cells)
+    return table
+
+
+def _middle(values: Row, pairs: int) -> str:
+    if pairs == 1:
+        return f"{values['mean']:.3g}"
+    return f"{values['median']:.3g} ({values['mean']:.3g}, {values['sd']:.2g})"
 
 
 def sweep_table(
