@@ -208,6 +208,16 @@ def test_the_pointer_names_any_point_and_a_click_selects_it(web: WebPage) -> Non
     assert web.told("map", "selected") == f"Selected motion: {names[71]}"
 
 
+def test_a_point_of_ones_own_has_its_name_and_is_gone_to_by_a_click(web: WebPage) -> None:
+    (x, y) = web.part("[...part.map.shown.added.data]")
+    web.page.mouse.move(*web.pixel("map", (x, y)))
+    tip = web.page.locator("[data-board=map] .rb-tip")
+    assert tip.text_content() == "mine · your point"
+    assert web.told("map", "added") == "Your points: mine"
+    web.page.mouse.click(*web.pixel("map", (x, y)))
+    assert web.wait_asked("SelectAdded")[0]["index"] == 4
+
+
 def test_a_toggle_moves_along_what_is_not_drawn(web: WebPage) -> None:
     puck = place(web.told("map", "puck"))
     web.page.get_by_role("button", name="PC 3, PC 4").click()

@@ -190,6 +190,9 @@ class Session:
                 selected=self.motion,
                 extent=np.array([low[0], high[0], low[1], high[1]])
                 + np.array([-1, 1, -1, 1]) * np.repeat(pad, 2),
+                added=points[:1] + 0.5,
+                added_names=("mine",),
+                added_index=np.array([4]),
             )
         )
 
@@ -214,7 +217,7 @@ class Session:
         ghosts = demo.generate(self.mu + self.sigma * demo.noise) if self.ghosts else None
         self.number += 1
         eyes = np.tile(np.arange(48, dtype=np.uint8) * 5, (FRAMES, 1)) if demo.eyes else None
-        self.bridge.show(MotionShown(0, self.number, angles, 25.0, eyes, ghosts))
+        self.bridge.show(MotionShown(0, self.number, angles, 25.0, eyes, ghosts, samples=True))
         if demo.two:
             self.bridge.show(
                 MotionShown(1, self.number, demo.generate(demo.mu[[3]])[0], 25.0, eyes)
