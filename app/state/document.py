@@ -21,6 +21,9 @@ from ...core.windows import Window
 from ...robot.formats import Format
 
 Colouring = Literal["class", "valence", "arousal"]
+# How one hand moves several models: the active one alone, all as far (in units of mu, or
+# of the standard deviation of each one's learned mu), or each the same share of the way to `goal`.
+Hand = Literal["alone", "absolute", "sd", "way"]
 EyeTrack = NDArray[np.float32]  # (T, 2, 8, 3), as in robot/eyes.py
 
 # The one set of bounds for mu, sigma and epsilon, wherever they come from: far beyond everything
@@ -237,6 +240,8 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     window: Window = "absolute"
     colouring: Colouring = "class"
     joint: Name = ""  # whose curve the time bar draws; "" = all
+    hand: Hand = "alone"
+    goal: Name = ""  # the learned motion at the end of a way that begins at the selected one
     first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
     side_by_side: bool = False  # the limited motion on a second robot
     ghosts: bool = False  # samples from N(mu, sigma^2) around the robot

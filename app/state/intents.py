@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ...core.windows import Window
-from .document import Colouring, Seen, Target
+from .document import Colouring, Hand, Seen, Target
 from .work import TakeAway
 
 
@@ -182,6 +182,20 @@ class SetRevealed:
 
 
 @dataclass(frozen=True)
+class SetHand:
+    """How one hand moves several models."""
+
+    hand: Hand
+
+
+@dataclass(frozen=True)
+class SetGoal:
+    """The learned motion at the other end of the way; "": none."""
+
+    goal: str
+
+
+@dataclass(frozen=True)
 class SetCloud:
     """The belief over a codebook on the map."""
 
@@ -251,6 +265,8 @@ ViewIntent = (
     | SetUseTarget
     | SetShowTarget
     | SetRevealed
+    | SetHand
+    | SetGoal
     | SetCloud
     | SetExplanations
     | SetErrorScale

@@ -6,7 +6,7 @@ from typing import assert_never
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import intents as do
 from .document import MAX_COUNT, Document, Latent, vector
@@ -34,7 +34,8 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
         case do.ResetLatent():
             return _select_motion(facts, document, latent.motion)
         case do.SetMu(dim, value) if _is_number(value) and 0 <= dim < one.pb_dim:
-            return _move(document, mu=_with(latent.mu, dim, value))
+            moved = _move(document, mu=_with(latent.mu, dim, value))
+            return carry(facts, document, moved, on_map=False)
         case do.SetSigma(dim, value) if _is_number(value) and 0 <= dim < one.pb_dim:
             return _move(document, sigma=_with(latent.sigma, dim, max(value, 0.0)))
         case do.MoveOnMap(model, axes, to):
@@ -42,9 +43,11 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
                 return document
             if not _is_point(to, len(axes)):
                 return document
-            return _move(document, mu=one.latent_map.move(latent.mu, axes, to))
+            moved = _move(document, mu=one.latent_map.move(latent.mu, axes, to))
+            return carry(facts, document, moved, on_map=True)
         case do.MoveOnLandscape():
-            return _move_on_landscape(one, document, intent)
+            moved = _move_on_landscape(one, document, intent)
+            return carry(facts, document, moved, on_map=document.landscape_axes == "pca")
         case do.RandomiseLatent():
             document, random = _draw(document)
             scale = one.latent_map.scale
@@ -76,6 +79,57 @@ def _move(
     )
     document = put_latent(document, document.active, latent)
     return end_run(document, by_hand=True)
+
+
+def carry(facts: Facts, before: Document, after: Document, *, on_map: bool) -> Document:
+    """Take the other models along with the active one, which a hand has moved.
+
+    Models differ in D and in what their axes mean. The same amount is that along the first, second,
+    .. axis: of the map, where the hand was on it, or of mu.
+    """
+    active = before.active
+    if after.hand == "alone" or after.models[active] == before.models[active]:
+        return after
+    one = facts[active]
+    old, new = (np.array(each.models[active].latent.mu) for each in (before, after))
+    step = one.latent_map.project(new) - one.latent_map.project(old) if on_map else new - old
+    share = _share_of_way(one, before.goal, before.models[active].latent.motion, new)
+    for index, other in enumerate(facts):
+        latent = after.models[index].latent
+        if index == active:
+            continue
+        if after.hand == "way":
+            mu = _on_way(other, after.goal, latent.motion, share)
+        else:
+            scale = other.mu_sd / one.mu_sd if after.hand == "sd" else 1.0
+            size = min(len(step), other.pb_dim)
+            own = np.zeros(other.pb_dim)
+            own[:size] = scale * step[:size]
+            mu = np.array(latent.mu) + (own @ other.latent_map.components if on_map else own)
+        if mu is not None:
+            after = put_latent(after, index, replace(latent, mu=vector(mu)))
+    return after
+
+
+def _share_of_way(facts: ModelFacts, goal: str, motion: int, mu: ArrayLike) -> float | None:
+    """How far mu is along the straight line from a motion to the goal; None where there is none."""
+    if goal not in facts.motions:
+        return None
+    start, end = facts.mu[motion], facts.mu[facts.motions.index(goal)]
+    way = end - start
+    length = float(way @ way)
+    return float((np.asarray(mu) - start) @ way) / length if length else None
+
+
+def _on_way(
+    facts: ModelFacts, goal: str, motion: int, share: float | None
+) -> NDArray[np.float64] | None:
+    """The same share of another model's way; None where it does not know both ends."""
+    if share is None or goal not in facts.motions:
+        return None
+    start, end = facts.mu[motion], facts.mu[facts.motions.index(goal)]
+    mu: NDArray[np.float64] = start + share * (end - start)
+    return mu
 
 
 def put_latent(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import assert_never
+from typing import assert_never, get_args
 
 import numpy as np
 from msgspec.structs import replace
@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from ...core.belief import LEAST_SCALE, MOST_SCALE
 from ...robot.formats import FORMATS
 from . import intents as do
-from .document import MAX_SPEED, MIN_SPEED, Document
+from .document import MAX_SPEED, MIN_SPEED, Document, Hand
 from .facts import Facts
 from .planes import drawable_axes
 from .wanted import motion_steps
@@ -64,6 +64,11 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(_facing(document), show_target=show_target)
         case do.SetRevealed(revealed):
             return replace(document, revealed=revealed)
+        case do.SetHand(hand):
+            return replace(document, hand=hand) if hand in get_args(Hand) else document
+        case do.SetGoal(goal):
+            known = goal in ("", *one.motions)
+            return replace(document, goal=goal) if known else document
         case do.SetCloud(cloud):
             return replace(document, cloud=cloud)
         case do.SetExplanations(explanations):

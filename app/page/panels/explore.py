@@ -9,13 +9,20 @@ from functools import partial
 import viser
 
 from ...state import intents as do
-from ...state.document import MAX_PB
+from ...state.document import MAX_PB, Hand
 from ...state.facts import Facts, ModelFacts
 from ...state.picture import Picture
-from .bound import Bound, on_click
+from .bound import Bound, assign, on_click
 
 Send = Callable[[do.Intent], None]
 
+NO_GOAL = "choose …"
+HANDS: dict[str, Hand] = {
+    "moves this model alone": "alone",
+    "moves all, as far in μ": "absolute",
+    "moves all, as many sd of μ": "sd",
+    "moves all along the way to a motion": "way",
+}
 PAGE = 8  # dimensions shown at a time; a model may have 128
 STEPS = 500  # of a slider from zero to its end
 
@@ -36,6 +43,21 @@ class ExplorePanel:
             self._choose_motion,
         )
         self._buttons()
+        self._hand = Bound(
+            gui.add_dropdown(
+                "One hand",
+                list(HANDS),
+                visible=len(facts) > 1,
+                hint="what a drag or a μ slider does to the other models",
+            ),
+            lambda label: send(do.SetHand(HANDS[label])),
+        )
+        self._goal = Bound(
+            gui.add_dropdown(
+                "Way to", [NO_GOAL, *facts[0].motions], visible=False, hint="the end of the way"
+            ),
+            lambda name: send(do.SetGoal("" if name == NO_GOAL else name)),
+        )
         self._sliders = gui.add_folder("Parametric bias: N(μ, σ²)")
         self._note = gui.add_markdown("")
         self._mu: list[Bound] = []
@@ -84,6 +106,11 @@ class ExplorePanel:
         if self._model is not None:
             self._model.show(facts.name)
         self._motion.show(facts.motions[latent.motion])
+        hand, goal = picture.document.hand, picture.document.goal
+        self._hand.show(next(label for label, known in HANDS.items() if known == hand))
+        self._goal.offer([NO_GOAL, *facts.motions])
+        self._goal.show(goal if goal in facts.motions else NO_GOAL)
+        assign(self._goal.handle, visible=len(self._facts) > 1 and hand == "way")
         for bound, value in zip(self._mu, latent.mu[first:], strict=False):
             _show_slider(bound, value)
         for bound, value in zip(self._sigma, latent.sigma[first:], strict=False):

@@ -256,6 +256,8 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "window": lambda it: "sd",
     "colouring": lambda it: "arousal",
     "joint": lambda it: "c",
+    "hand": lambda it: "sd",
+    "goal": lambda it: "rest",
     "first_slider": lambda it: 2,
     "side_by_side": lambda it: True,
     "show_target": lambda it: False,

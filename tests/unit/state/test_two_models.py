@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import Document
@@ -12,6 +13,7 @@ from rnnpb_explorer.app.state.opening import check_fits, opening_document
 from rnnpb_explorer.app.state.wanted import wanted
 
 from ..app_states import (
+    MU,
     RUN,
     Page,
     after,
@@ -203,3 +205,75 @@ def test_turning_to_the_other_model_stops_the_run_and_scrubbing_moves_its_own() 
     page.do(do.ScrubRecognition(0, 0))
     assert page.document.models[0] == before
     assert page.document.models[1].latent.mu == (0.1, 0.1)
+
+
+# --- one hand for all ---
+ONE, TWO = make_facts(name="one"), make_facts(mu=10 * MU, name="two")
+TOGETHER = (ONE, TWO)
+
+
+def mus(document: Document) -> list[NDArray[np.float64]]:
+    return [np.array(choice.latent.mu) for choice in document.models]
+
+
+def moved(*intents: do.DocumentIntent, facts: Facts = TOGETHER) -> list[NDArray[np.float64]]:
+    """How far each model's mu went."""
+    before = opened(facts, *intents[:-1])
+    after_it = after(facts, before, intents[-1])
+    return [new - old for old, new in zip(mus(before), mus(after_it), strict=True)]
+
+
+def test_a_hand_moves_the_active_model_alone_until_one_asks() -> None:
+    one, two = moved(do.SetMu(0, 0.9))
+    np.testing.assert_allclose(one, [0.4, 0, 0])
+    np.testing.assert_array_equal(two, 0)
+
+
+@pytest.mark.parametrize(("hand", "times"), [("absolute", 1.0), ("sd", 10.0)])
+def test_a_slider_moves_all_by_the_same_amount(hand: str, times: float) -> None:
+    one, two = moved(do.SetHand(hand), do.SetMu(1, 0.1))  # type: ignore[arg-type]
+    np.testing.assert_allclose(one, [0, 0.4, 0])
+    np.testing.assert_allclose(two, times * one)
+
+
+@pytest.mark.parametrize(("hand", "times"), [("absolute", 1.0), ("sd", 10.0)])
+def test_a_drag_on_a_map_moves_all_along_their_own_components(hand: str, times: float) -> None:
+    x, y, _ = ONE.latent_map.project(ONE.mu[0])
+    drag = do.MoveOnMap(0, (0, 1), (x + 0.3, y - 0.2), 1)
+    one, two = moved(do.SetHand(hand), drag)  # type: ignore[arg-type]
+    np.testing.assert_allclose(one @ ONE.latent_map.components.T, [0.3, -0.2, 0], atol=1e-9)
+    along = two @ TWO.latent_map.components.T
+    np.testing.assert_allclose(along, times * np.array([0.3, -0.2, 0]), atol=1e-9)
+
+
+def test_each_goes_the_same_share_of_its_way() -> None:
+    """The active one half-way from the selected motion to the goal."""
+    hand = (do.SetHand("way"), do.SetGoal("rest"))
+    half = (MU[0] + MU[2]) / 2
+    document = opened(TOGETHER, *hand, *(do.SetMu(dim, half[dim]) for dim in range(3)))
+    np.testing.assert_allclose(document.models[0].latent.mu, half)
+    np.testing.assert_allclose(document.models[1].latent.mu, 10 * half)
+    alone = opened(TOGETHER, do.SetHand("way"), do.SetMu(0, 0.9))  # to nowhere
+    np.testing.assert_allclose(alone.models[1].latent.mu, 10 * MU[0])
+
+
+def test_models_of_other_sizes_go_along_what_they_have() -> None:
+    one, line = moved(do.SetHand("absolute"), do.SetMu(0, 0.9), facts=(STRONG, LINE))
+    assert line.shape == (1,)
+    np.testing.assert_allclose(line, one[:1])
+    _, none = moved(do.SetHand("absolute"), do.SetMu(2, 0.9), facts=(STRONG, LINE))
+    np.testing.assert_allclose(none, 0)
+
+
+def test_one_drag_is_one_step_back_for_all() -> None:
+    page = Page(TOGETHER).do(do.SetHand("absolute"))
+    before = page.document
+    for to in (0.1, 0.2, 0.3):
+        page.do(do.MoveOnMap(0, (0, 1), (to, 0.0), 7))
+    assert page.do(do.Undo()).document == before
+
+
+def test_a_hand_or_goal_that_is_none() -> None:
+    document = opened(TOGETHER)
+    assert after(TOGETHER, document, do.SetGoal("nowhere")) == document
+    assert after(TOGETHER, document, do.SetHand("both")) == document  # type: ignore[arg-type]
