@@ -54,9 +54,15 @@ class RnnpbAsked(Message, include_in_scene_serialization=False):
 Message._subclass_from_type_string.cache_clear()
 
 
-def board_html(board: Literal["map", "landscape"]) -> str:
-    """The place for a board: the one `add_html` of a tab in a panel that is docked left."""
-    return f'<div id="rnnpb-{board}"></div>'
+def board_html(board: Literal["map", "landscape"], slots: int = 1) -> str:
+    """The places for a board: the one `add_html` of a tab in a panel that is docked left.
+
+    Args:
+        slots: 2 for the boards of two models side by side.
+    """
+    names = [board, f"{board}-2"][:slots]
+    places = (f'<div id="rnnpb-{name}" style="flex:1;min-width:0"></div>' for name in names)
+    return f'<div style="display:flex;gap:6px">{"".join(places)}</div>'
 
 
 class Bridge:

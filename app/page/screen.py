@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Literal
 
 import numpy as np
 import viser
@@ -41,9 +42,11 @@ from .views import (
 PANEL_WIDTH = 320  # pixels
 BOARDS_WIDTH = 380  # at least
 BOARDS_SHARE = 0.25  # of a page's width
+TWO_BOARDS_WIDTH, TWO_BOARDS_SHARE = 560, 0.44  # of two models side by side
 # Five tabs in one row of so narrow a panel.
 NARROW_TABS = '<style>[role="tab"] { padding-inline: 0.6em !important }</style>'
 Send = Callable[[do.Intent], None]
+BoardName = Literal["map", "landscape"]
 
 
 class Screen:
@@ -65,6 +68,7 @@ class Screen:
         self._camera: Camera | None = None
         self.heard: int | None = None  # number of the page's last move that is in the document
         self._aspect = 1.0  # of the canvas
+        self._page_width = 0
         self._build_boards()
         self._build_panels()
         self._build_commands()
@@ -78,10 +82,12 @@ class Screen:
         landscape_panel.dock_below(map_panel)
         map_panel.set_width(BOARDS_WIDTH)
         self._boards_width = BOARDS_WIDTH
+        self._slots = 1  # pairs of boards
+        self._places: dict[BoardName, viser.GuiHtmlHandle] = {}
         with map_panel.add_tab("PB map"):
-            gui.add_html(board_html("map"))
+            self._places["map"] = gui.add_html(board_html("map"))
         with landscape_panel.add_tab("Correlation landscape"):
-            gui.add_html(board_html("landscape"))
+            self._places["landscape"] = gui.add_html(board_html("landscape"))
 
     def _build_panels(self) -> None:
         gui = self._client.gui
@@ -136,20 +142,10 @@ class Screen:
         self._show_playback(picture)
 
     def _show_boards(self, picture: Picture) -> None:
-        document, latent = picture.document, picture.choice.latent
-        active = (picture.active, document.map_axes)
-        axes = (*active, document.landscape_axes)
-        run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
-        landscape = picture.landscape
-        points = (*active, document.colouring, latent.motion, document.added)
-        self._put("map", points, lambda: map_shown(picture))
-        puck = (*axes, latent, picture.posterior, self.heard)
-        self._put("puck", puck, lambda: puck_shown(picture, self.heard))
-        self._put("cloud", (*active, picture.belief), lambda: cloud_shown(picture))
-        if landscape is not None:
-            what = (landscape[1], picture.landscape_complete, latent.motion, document.use_target)
-            self._put("landscape", (*axes, *what), lambda: landscape_shown(picture))
-        self._put("path", (*axes, *run), lambda: path_shown(picture))
+        document = picture.document
+        self._fit_boards(len(document.on_boards))
+        for slot, model in enumerate(document.on_boards):
+            self._show_pair(picture.of(model), slot)
         self._put(
             "curves",
             (
@@ -164,6 +160,32 @@ class Screen:
             ),
             lambda: curves_shown(picture),
         )
+
+    def _fit_boards(self, slots: int) -> None:
+        """Places for the boards of one model, or of two side by side."""
+        if slots == self._slots:
+            return
+        self._slots = slots
+        for name, html in self._places.items():
+            html.content = board_html(name, slots)
+        self._widen()
+
+    def _show_pair(self, picture: Picture, slot: int) -> None:
+        """The two boards of one model."""
+        document, latent = picture.document, picture.choice.latent
+        active = (picture.active, document.map_axes)
+        axes = (*active, document.landscape_axes)
+        run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
+        landscape = picture.landscape
+        points = (*active, document.colouring, latent.motion, document.added)
+        self._put(f"map {slot}", points, lambda: map_shown(picture, slot))
+        puck = (*axes, latent, picture.posterior, self.heard)
+        self._put(f"puck {slot}", puck, lambda: puck_shown(picture, self.heard, slot))
+        self._put(f"cloud {slot}", (*active, picture.belief), lambda: cloud_shown(picture, slot))
+        if landscape is not None:
+            what = (landscape[1], picture.landscape_complete, latent.motion, document.use_target)
+            self._put(f"landscape {slot}", (*axes, *what), lambda: landscape_shown(picture, slot))
+        self._put(f"path {slot}", (*axes, *run), lambda: path_shown(picture, slot))
 
     def _show_robots(self, picture: Picture) -> None:
         """All of them, and the camera before them."""
@@ -271,13 +293,20 @@ class Screen:
 
     def resized(self, width: int, height: int, page_width: int) -> None:
         """Page or canvas have another size: the boards get their share, robots are framed anew."""
-        share = max(BOARDS_WIDTH, int(page_width * BOARDS_SHARE))
-        if share != self._boards_width:  # else a person's own width stays
-            self._boards_width = share
-            self._boards.set_width(share)
+        self._page_width = page_width
+        self._widen()
         aspect = width / max(height, 1)
         if abs(aspect - self._aspect) > 0.005:  # else pixels by which panels differ
             self._aspect = aspect
+
+    def _widen(self) -> None:
+        """Give the boards their share of the page."""
+        share = max(BOARDS_WIDTH, int(self._page_width * BOARDS_SHARE))
+        if self._slots > 1:
+            share = max(TWO_BOARDS_WIDTH, int(self._page_width * TWO_BOARDS_SHARE))
+        if share != self._boards_width:  # else a person's own width stays
+            self._boards_width = share
+            self._boards.set_width(share)
 
     # --- where a person looks ---
     def looked(self, word: Looked, before: Seen) -> Seen:

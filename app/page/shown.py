@@ -29,6 +29,18 @@ class Shown:
         return type(self).__name__
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OnBoards(Shown):
+    """On a pair of boards. slot: which, of two side by side."""
+
+    slot: int = 0
+
+    @property
+    def key(self) -> str:
+        name = type(self).__name__
+        return f"{name} {self.slot}" if self.slot else name
+
+
 @dataclass(frozen=True, eq=False)
 class RobotShown:
     """A robot of K moving nodes; position in metres, angles in radians.
@@ -105,7 +117,7 @@ class PlaybackShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class MapShown(Shown):
+class MapShown(OnBoards):
     """The map without the puck: all that changes with the model, the axes, the colours.
 
     model: which one it is of. title: its name. axes: the one or two components that are drawn.
@@ -135,7 +147,7 @@ class MapShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class PuckShown(Shown):
+class PuckShown(OnBoards):
     """Where the puck is, on both boards.
 
     on_map: (2,). on_landscape: (2,) in its axes. hidden: (H,) along the map's hidden axes.
@@ -155,7 +167,7 @@ class PuckShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class LandscapeShown(Shown):
+class LandscapeShown(OnBoards):
     """correlation: (R, C), row = second axis, both ascending; one row where there is one axis.
 
     x, y: (C,), (R,) centres of the cells; a coarse stage may have fewer and unevenly spread ones,
@@ -181,7 +193,7 @@ class LandscapeShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class PathShown(Shown):
+class PathShown(OnBoards):
     """A recognition's way: S iterates and M sampled PBs; without any of them nothing is drawn.
 
     on_map, on_landscape: (S, 2). radii: (S,) sigma in the units of the boards.
@@ -200,7 +212,7 @@ class PathShown(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class CloudShown(Shown):
+class CloudShown(OnBoards):
     """The belief over M entries of a codebook while S kept frames come in; nothing where M is 0.
 
     frames: (S,) the last frame in each. places: (M, 2) on the map. weights: (S, M) uint8, shares of

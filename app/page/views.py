@@ -26,7 +26,7 @@ DEVIATIONS = 2.0  # half of a band's width
 MAP_PADDING = 0.12  # of the learned points' extent, on every side of the map
 
 
-def map_shown(picture: Picture) -> MapShown:
+def map_shown(picture: Picture, slot: int = 0) -> MapShown:
     """The active model's PB map."""
     facts, document = picture.model, picture.document
     axes, hidden = document.map_axes, hidden_axes(picture)
@@ -48,6 +48,7 @@ def map_shown(picture: Picture) -> MapShown:
         selected=picture.choice.latent.motion,
         extent=_extent(points),
         **_added(picture),
+        slot=slot,
     )
 
 
@@ -80,7 +81,7 @@ def axis_labels(facts: ModelFacts, axes: tuple[int, ...]) -> tuple[str, ...]:
     return tuple(f"PC{axis + 1} ({shares[axis]:.0%})" for axis in axes)
 
 
-def puck_shown(picture: Picture, heard: int | None) -> PuckShown:
+def puck_shown(picture: Picture, heard: int | None, slot: int = 0) -> PuckShown:
     """Where the active model stands.
 
     Args:
@@ -105,10 +106,11 @@ def puck_shown(picture: Picture, heard: int | None) -> PuckShown:
         off_plane=latent_map.off_plane(latent.mu, axes) if facts.pb_dim > 2 else None,
         extrapolation=latent_map.extrapolation(latent.mu),
         heard=heard,
+        slot=slot,
     )
 
 
-def landscape_shown(picture: Picture) -> LandscapeShown | None:
+def landscape_shown(picture: Picture, slot: int = 0) -> LandscapeShown | None:
     """The active model's newest landscape; None until there is one."""
     if picture.landscape is None:
         return None
@@ -137,13 +139,14 @@ def landscape_shown(picture: Picture) -> LandscapeShown | None:
         roughness=values.roughness,
         learned=learned[inside] if same_plane else None,
         learned_index=inside if same_plane else None,
+        slot=slot,
     )
 
 
-def path_shown(picture: Picture) -> PathShown:
+def path_shown(picture: Picture, slot: int = 0) -> PathShown:
     """The drawn trial of the active model's recognition; an empty path where there is none."""
     if picture.drawn_run is None:
-        return PathShown(None, None, np.zeros(0))
+        return PathShown(None, None, np.zeros(0), slot=slot)
     run, trace = picture.drawn_run
     facts, document = picture.model, picture.document
     axes = list(document.map_axes)
@@ -159,15 +162,18 @@ def path_shown(picture: Picture) -> PathShown:
         shown=shown_iteration(run, trace) if trace.iterations else 0,
         early=trace.early_update[:, trial] if run.settings.method == "paper" else None,
         others_on_map=_flat(facts.latent_map.project(others)[..., axes]) if len(others) else None,
+        slot=slot,
     )
 
 
-def cloud_shown(picture: Picture) -> CloudShown:
+def cloud_shown(picture: Picture, slot: int = 0) -> CloudShown:
     """The belief over the active model's codebook; nothing where there is none."""
     facts, axes = picture.model, list(picture.document.map_axes)
     if picture.belief is None:
         none = np.zeros((0, 2))
-        return CloudShown(none[:, 0], none, none[:, :0], none[:, 0], none, none[:, 0], (), 0)
+        return CloudShown(
+            none[:, 0], none, none[:, :0], none[:, 0], none, none[:, 0], (), 0, slot=slot
+        )
     cloud = picture.belief.cloud
     modes = np.array([mode.pb for mode in cloud.modes], dtype=np.float64)
     largest = np.maximum(cloud.weights.max(axis=1, keepdims=True), 1e-30)
@@ -181,6 +187,7 @@ def cloud_shown(picture: Picture) -> CloudShown:
         mass=np.array([mode.mass for mode in cloud.modes]),
         near=tuple(facts.motions[index] for index in gaps.argmin(axis=1)),
         entries=cloud.entries,
+        slot=slot,
     )
 
 

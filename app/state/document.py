@@ -240,6 +240,8 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     window: Window = "absolute"
     colouring: Colouring = "class"
     joint: Name = ""  # whose curve the time bar draws; "" = all
+    compare: bool = False  # two models' boards side by side
+    pair: tuple[Count, Count] = (0, 1)  # whose
     hand: Hand = "alone"
     goal: Name = ""  # the learned motion at the end of a way that begins at the selected one
     first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
@@ -254,6 +256,11 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def current(self) -> ModelChoice:
         return self.models[self.active]
+
+    @property
+    def on_boards(self) -> tuple[int, ...]:
+        """The models whose boards are shown."""
+        return self.pair if self.compare and len(self.models) > 1 else (self.active,)
 
     @property
     def running(self) -> bool:

@@ -182,6 +182,13 @@ class SetRevealed:
 
 
 @dataclass(frozen=True)
+class SetCompare:
+    """The boards of two models side by side."""
+
+    compare: bool
+
+
+@dataclass(frozen=True)
 class SetHand:
     """How one hand moves several models."""
 
@@ -265,6 +272,7 @@ ViewIntent = (
     | SetUseTarget
     | SetShowTarget
     | SetRevealed
+    | SetCompare
     | SetHand
     | SetGoal
     | SetCloud

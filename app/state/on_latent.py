@@ -22,6 +22,7 @@ from .planes import (
 
 
 def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> Document:
+    document = _taken_up(facts, document, intent)
     one = facts[document.active]
     latent = document.current.latent
     match intent:
@@ -62,6 +63,15 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
             return document
         case _:
             assert_never(intent)
+
+
+def _taken_up(facts: Facts, document: Document, intent: do.LatentIntent) -> Document:
+    """Of two models side by side, the one whose board a hand is on becomes the active one."""
+    match intent:
+        case do.MoveOnMap(model) | do.MoveOnLandscape(model) | do.SelectMotion(_, int(model)):
+            if model in document.on_boards:
+                return _select_model(facts, document, model)
+    return document
 
 
 def _move(
@@ -156,9 +166,13 @@ def _select_model(facts: Facts, document: Document, index: int) -> Document:
         return document
     dim = facts[index].pb_dim
     axes = document.landscape_axes
+    pair = document.pair
+    if document.compare and index not in pair:  # it takes the place of the one that was active
+        pair = (index, pair[1]) if document.active == pair[0] else (pair[0], index)
     return replace(
         end_run(document),
         active=index,
+        pair=pair,
         first_slider=0,
         map_axes=fitting_axes(document.map_axes, dim),
         landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),

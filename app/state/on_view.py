@@ -64,6 +64,8 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(_facing(document), show_target=show_target)
         case do.SetRevealed(revealed):
             return replace(document, revealed=revealed)
+        case do.SetCompare(compare):
+            return _compare(document, compare)
         case do.SetHand(hand):
             return replace(document, hand=hand) if hand in get_args(Hand) else document
         case do.SetGoal(goal):
@@ -94,6 +96,17 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, export=replace(document.export, **{name: value}))
         case _:
             assert_never(intent)
+
+
+def _compare(document: Document, compare: bool) -> Document:
+    """Two models' boards, and one hand for both, unless a person has chosen how it moves them."""
+    if len(document.models) < 2:
+        return document
+    active, pair = document.active, document.pair
+    if active not in pair:
+        pair = (pair[0], active)
+    hand = "absolute" if compare and document.hand == "alone" else document.hand
+    return replace(document, compare=compare, pair=pair, hand=hand)
 
 
 def _facing(document: Document) -> Document:

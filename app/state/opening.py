@@ -45,6 +45,8 @@ def check_fits(facts: Facts, document: Document) -> None:
         _check_choice(one, choice)
     if document.active >= len(facts):
         raise InputError("the state code names a model that it does not hold")
+    if len(facts) > 1 and (max(document.pair) >= len(facts) or len(set(document.pair)) < 2):
+        raise InputError("the state code names two models to compare that are not here")
     dim = facts[document.active].pb_dim
     axes = document.landscape_axes
     drawable = all(drawable_axes(one, dim) for one in (document.map_axes, axes) if one != "pca")

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...core.recognition_run import Posterior
@@ -16,6 +17,7 @@ from .computed import Computed
 from .document import Document, ModelChoice, Run
 from .facts import Facts, ModelFacts
 from .on_recognition import at_best
+from .planes import fitting_axes
 from .results import (
     BeliefResult,
     CheckedMotion,
@@ -47,6 +49,20 @@ class Picture:
     facts: Facts
     document: Document
     computed: Computed
+
+    def of(self, model: int) -> Picture:
+        """The same as if that model were the active one, along axes that it has."""
+        if model == self.document.active:
+            return self
+        document, dim = self.document, self.facts[model].pb_dim
+        axes = document.landscape_axes
+        document = replace(
+            document,
+            active=model,
+            map_axes=fitting_axes(document.map_axes, dim),
+            landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),
+        )
+        return Picture(self.facts, document, self.computed)
 
     @property
     def active(self) -> int:

@@ -27,6 +27,9 @@ const TOUCH_REACH = 26; // pixels round the puck that a finger grabs it in
 /** @type {Record<string, Point>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
+/** The name of a board in a slot. @type {(kind: string, slot: number) => string} */
+export const nameOf = (kind, slot) => (slot ? `${kind}-${slot + 1}` : kind);
+
 /** The elements of a board. @param {string} title @param {string} label @param {string} name */
 function partsOf(title, label, name) {
   const unzoom = element("button", {
@@ -51,12 +54,16 @@ function partsOf(title, label, name) {
   });
   plot.append(mark, tip);
   const legend = element("aside", { class: "rb-legend" });
-  const root = element("section", { class: `rb-board rb-${name}`, "data-board": name }, [
-    element("header", { class: "rb-head" }, [heading, readout, tools]),
-    element("div", { class: "rb-body" }, [plot, legend]),
-    said,
-    told,
-  ]);
+  const root = element(
+    "section",
+    { class: `rb-board rb-${name.split("-")[0]}`, "data-board": name },
+    [
+      element("header", { class: "rb-head" }, [heading, readout, tools]),
+      element("div", { class: "rb-body" }, [plot, legend]),
+      said,
+      told,
+    ],
+  );
   return { root, heading, readout, tools, unzoom, plot, mark, tip, legend, said, told };
 }
 

@@ -1,6 +1,6 @@
 /** The correlation landscape: numbers from the server, coloured here, with the puck in its window. */
 
-import { Board } from "./board.js";
+import { Board, nameOf } from "./board.js";
 import { gradient, ON_LANDSCAPE, rgb } from "./colors.js";
 import { cellAt, contour, interpolated, maximum } from "./grid.js";
 import { wordsOnPath } from "./map.js";
@@ -25,11 +25,11 @@ const REACH = 10; // pixels from a learned point that the pointer still means it
 const LOWEST = -1.05; // of the axis of a landscape of one dimension
 
 export class LandscapeBoard extends Board {
-  /** @param {Ask} ask @param {() => void} looked */
-  constructor(ask, looked) {
+  /** @param {Ask} ask @param {() => void} looked @param {number} [slot] */
+  constructor(ask, looked, slot = 0) {
     super(ask, looked, {
       title: "Correlation landscape",
-      name: "landscape",
+      name: nameOf("landscape", slot),
       label: "Correlation landscape. Drag or use the arrow keys to move the puck.",
     });
     /** @type {LandscapeShown | null} */ this.shown = null;

@@ -75,7 +75,7 @@ export class Layout {
       type: "button",
       "aria-pressed": String(i === 0),
     });
-    made.textContent = board.name === "map" ? "Map" : "Landscape";
+    made.textContent = board.name.startsWith("map") ? "Map" : "Landscape";
     made.addEventListener("click", () => {
       this.shown = i;
       this.choices.forEach((one, k) => {

@@ -15,6 +15,7 @@ import { TimeBar } from "./timebar.js";
 /** @typedef {import("./messages.js").Shown} Shown */
 /** @typedef {{ [Kind in keyof Shown]: (shown: Shown[Kind]) => void }} Handlers */
 
+const SLOTS = [0, 1]; // pairs of boards
 const RESIZE_MS = 300;
 const LOOK_MS = 400; // a camera that was let go swings out in less
 const DOCUMENT = "rnnpb.document"; // in the tab's own storage
@@ -25,14 +26,18 @@ class Part {
     const ask = (/** @type {Asked} */ asked) => send(asked);
     this.robots = new Robots();
     const looked = () => this.looked();
-    this.map = new MapBoard(ask, looked);
-    this.landscape = new LandscapeBoard(ask, looked);
+    // Of two models side by side the second pair is filled, too.
+    this.maps = SLOTS.map((slot) => new MapBoard(ask, looked, slot));
+    this.landscapes = SLOTS.map((slot) => new LandscapeBoard(ask, looked, slot));
+    this.map = this.maps[0];
+    this.landscape = this.landscapes[0];
     this.playback = new Playback(this.robots, ask, (now) => {
       this.timebar?.refresh(now);
-      this.map.atFrame(this.playback?.clock.frame ?? 0);
+      for (const map of this.maps) map.atFrame(this.playback?.clock.frame ?? 0);
     });
     this.timebar = new TimeBar(this.playback, ask);
-    this.layout = new Layout([this.map, this.landscape], this.timebar, {
+    const boards = SLOTS.flatMap((slot) => [this.maps[slot], this.landscapes[slot]]);
+    this.layout = new Layout(boards, this.timebar, {
       ask,
       looked,
       fitted: () => this.fitted(),
@@ -48,7 +53,7 @@ class Part {
 
   /** @returns {Handlers} */
   get handlers() {
-    const { map, landscape, playback, timebar, robots, layout } = this;
+    const { map, landscape, maps, landscapes, playback, timebar, robots, layout } = this;
     return {
       RobotsShown: (shown) => robots.show(shown),
       MotionShown: (shown) => {
@@ -60,18 +65,18 @@ class Part {
         playback.show(shown);
       },
       MapShown: (shown) => {
-        map.show(shown);
-        landscape.showMap(shown);
+        maps[shown.slot].show(shown);
+        landscapes[shown.slot].showMap(shown);
       },
       PuckShown: (shown) => {
-        map.showPuck(shown);
-        landscape.showPuck(shown);
+        maps[shown.slot].showPuck(shown);
+        landscapes[shown.slot].showPuck(shown);
       },
-      LandscapeShown: (shown) => landscape.show(shown),
-      CloudShown: (shown) => map.showCloud(shown),
+      LandscapeShown: (shown) => landscapes[shown.slot].show(shown),
+      CloudShown: (shown) => maps[shown.slot].showCloud(shown),
       PathShown: (shown) => {
-        map.showPath(shown);
-        landscape.showPath(shown);
+        maps[shown.slot].showPath(shown);
+        landscapes[shown.slot].showPath(shown);
       },
       CurvesShown: (shown) => timebar.showCurves(shown),
       LookShown: (shown) => {

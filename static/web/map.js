@@ -1,6 +1,6 @@
 /** The PB map: the learned mu on two components, what is selected, sigma as an ellipse, the puck. */
 
-import { Board } from "./board.js";
+import { Board, nameOf } from "./board.js";
 import { drawCloud, rowAt, thereIn, wordsOnCloud } from "./cloud.js";
 import { classMark, css } from "./colors.js";
 import { classLegend, scaleLegend } from "./legend.js";
@@ -34,11 +34,11 @@ const FARTHEST = 0.3; // opacity of the point that lies farthest from the slice
 const UNLIT = 0.15; // opacity of what the legend's pointer is not on
 
 export class MapBoard extends Board {
-  /** @param {Ask} ask @param {() => void} looked */
-  constructor(ask, looked) {
+  /** @param {Ask} ask @param {() => void} looked @param {number} [slot] */
+  constructor(ask, looked, slot = 0) {
     super(ask, looked, {
       title: "PB map",
-      name: "map",
+      name: nameOf("map", slot),
       label: "Map of the latent space. Drag or use the arrow keys to move the puck.",
     });
     /** @type {MapShown | null} */ this.shown = null;

@@ -52,6 +52,7 @@
 /** @typedef {"class" | "valence" | "arousal"} Colouring */
 /**
  * @typedef {object} MapShown
+ * @property {number} slot which pair of boards, of two side by side
  * @property {number} model which one it is of
  * @property {string} title of the model
  * @property {number[]} axes components that are drawn: two, or one
@@ -71,6 +72,7 @@
 
 /**
  * @typedef {object} PuckShown
+ * @property {number} slot which pair of boards, of two side by side
  * @property {Numbers} on_map (2)
  * @property {Numbers | null} on_landscape (2)
  * @property {Numbers} hidden (H) along the hidden axes
@@ -82,6 +84,7 @@
 
 /**
  * @typedef {object} LandscapeShown
+ * @property {number} slot which pair of boards, of two side by side
  * @property {number} model which one it is of
  * @property {Numbers} correlation (R, C), row = second axis, both ascending; one row: a line
  * @property {Numbers} x (C)
@@ -101,6 +104,7 @@
 /**
  * A recognition's way on both boards; S iterates, M sampled PBs.
  * @typedef {object} PathShown
+ * @property {number} slot which pair of boards, of two side by side
  * @property {Numbers | null} on_map (S, 2)
  * @property {Numbers | null} on_landscape (S, 2)
  * @property {Numbers} radii (S)
@@ -114,6 +118,7 @@
 /**
  * The belief over M entries of a codebook while S kept frames come in.
  * @typedef {object} CloudShown
+ * @property {number} slot which pair of boards, of two side by side
  * @property {Numbers} frames (S) the last frame in each
  * @property {Numbers} places (M, 2) on the map
  * @property {Numbers<Uint8Array>} weights (S, M) roots of shares of the belief, 255 for the largest

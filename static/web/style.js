@@ -98,7 +98,13 @@ const SHEET = `
   .rb-map .rb-legend { max-height: none; flex: 0 1 auto; }
 }
 @container (min-height: 400px) { .rb-map .rb-legend { max-height: 106px; } }
-@container (max-aspect-ratio: 10/11) {
+@container (max-width: 310px) { /* two models side by side: their names before all */
+  .rb-title { flex: none; }
+  .rb-readout { display: none; }
+  .rb-tools { min-width: 0; }
+  .rb-tools .rb-chip { max-width: 100%; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
+}
+@container (max-aspect-ratio: 10/11) or (max-width: 310px) {
   .rb-landscape .rb-body { flex-direction: column; }
   .rb-landscape .rb-plot { flex: 0 1 auto; aspect-ratio: 1; }
   .rb-landscape .rb-legend { width: auto; flex-direction: row; gap: 18px; padding: 0 4px 6px 34px; overflow: hidden; }
@@ -112,6 +118,7 @@ const SHEET = `
   .rb-map .rb-legend { max-height: none; width: 104px; padding-top: 6px; }
   .rb-map .rb-entries { flex-direction: column; flex-wrap: nowrap; }
 }
+.rb-timebar .rb-select { min-width: 0; flex: 0 1 auto; }
 .rb-timebar {
   position: fixed; bottom: 0; z-index: 3; height: clamp(124px, 18vh, 280px); padding: 6px 8px 2px;
   display: flex; flex-direction: column; gap: 4px; background: var(--rb-surface);

@@ -20,9 +20,10 @@ Point = tuple[float, float]
 
 # Where a point of a board's data stands on the page, in CSS pixels.
 _PIXEL = """([board, [x, y]]) => {
-    const { view, parts } = window.rnnpb.part[board];
+    const { view, parts, surface } =
+        window.rnnpb.part.layout.boards.find(({ name }) => name === board);
     const at = parts.plot.getBoundingClientRect();
-    const { extent, box } = view, scale = at.width / window.rnnpb.part[board].surface.width;
+    const { extent, box } = view, scale = at.width / surface.width;
     return [
         at.x + scale * (box.left + (x - extent.left) / (extent.right - extent.left) * box.width),
         at.y + scale * (box.top + (extent.top - y) / (extent.top - extent.bottom) * box.height),

@@ -43,6 +43,15 @@ class ExplorePanel:
             self._choose_motion,
         )
         self._buttons()
+        self._compare = Bound(
+            gui.add_checkbox(
+                "Compare",
+                False,
+                visible=len(facts) > 1,
+                hint="the maps and landscapes of two models, one hand for both",
+            ),
+            lambda value: send(do.SetCompare(value)),
+        )
         self._hand = Bound(
             gui.add_dropdown(
                 "One hand",
@@ -107,6 +116,7 @@ class ExplorePanel:
             self._model.show(facts.name)
         self._motion.show(facts.motions[latent.motion])
         hand, goal = picture.document.hand, picture.document.goal
+        self._compare.show(picture.document.compare)
         self._hand.show(next(label for label, known in HANDS.items() if known == hand))
         self._goal.offer([NO_GOAL, *facts.motions])
         self._goal.show(goal if goal in facts.motions else NO_GOAL)

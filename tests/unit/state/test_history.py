@@ -256,6 +256,8 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "window": lambda it: "sd",
     "colouring": lambda it: "arousal",
     "joint": lambda it: "c",
+    "compare": lambda it: True,
+    "pair": lambda it: (1, 0),
     "hand": lambda it: "sd",
     "goal": lambda it: "rest",
     "first_slider": lambda it: 2,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from rnnpb_explorer.app.state import intents as do
@@ -11,6 +12,7 @@ from rnnpb_explorer.app.state.document import Document
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.opening import check_fits, opening_document
 from rnnpb_explorer.app.state.wanted import wanted
+from rnnpb_explorer.core import InputError
 
 from ..app_states import (
     MU,
@@ -277,3 +279,57 @@ def test_a_hand_or_goal_that_is_none() -> None:
     document = opened(TOGETHER)
     assert after(TOGETHER, document, do.SetGoal("nowhere")) == document
     assert after(TOGETHER, document, do.SetHand("both")) == document  # type: ignore[arg-type]
+
+
+# --- side by side ---
+THREE = (ONE, TWO, make_facts(2, "three"))
+
+
+def test_two_models_boards_and_one_hand_for_both() -> None:
+    document = opened(TOGETHER)
+    assert document.on_boards == (0,)
+    document = after(TOGETHER, document, do.SetCompare(True))
+    assert (document.on_boards, document.hand) == ((0, 1), "absolute")
+    kept = opened(TOGETHER, do.SetHand("sd"), do.SetCompare(True))
+    assert kept.hand == "sd"
+    assert after(TOGETHER, document, do.SetCompare(False)).on_boards == (0,)
+    assert opened((ONE,), do.SetCompare(True)).on_boards == (0,)
+
+
+def test_a_hand_on_the_other_board_makes_its_model_the_active_one_and_moves_both() -> None:
+    document = opened(TOGETHER, do.SetCompare(True))
+    x, y, _ = TWO.latent_map.project(TWO.mu[0])
+    dragged = after(TOGETHER, document, do.MoveOnMap(1, (0, 1), (x + 0.5, y), 1))
+    assert dragged.active == 1
+    assert dragged.on_boards == (0, 1)  # each stays where it is
+    one, two = (new - old for old, new in zip(mus(document), mus(dragged), strict=True))
+    np.testing.assert_allclose(two, 0.5 * TWO.latent_map.components[0], atol=1e-9)
+    np.testing.assert_allclose(one, 0.5 * ONE.latent_map.components[0], atol=1e-9)
+    chosen = after(TOGETHER, document, do.SelectMotion(2, 1))
+    assert (chosen.active, names(chosen, TOGETHER)) == (1, ["rest", "rest"])
+
+
+def test_without_comparison_a_word_of_another_model_is_late_and_moves_nothing() -> None:
+    document = opened(TOGETHER)
+    assert after(TOGETHER, document, do.MoveOnMap(1, (0, 1), (0.5, 0.5), 1)) == document
+
+
+def test_a_third_model_takes_the_place_of_the_active_one() -> None:
+    document = opened(THREE, do.SetCompare(True), do.SelectModel(2))
+    assert (document.active, document.on_boards) == (2, (2, 1))
+    assert check_fits(THREE, document) is None
+    from_three = opened(THREE, do.SelectModel(2), do.SetCompare(True))
+    assert from_three.on_boards == (0, 2)
+
+
+def test_a_picture_of_the_other_model_has_axes_that_it_has() -> None:
+    page = Page((STRONG, LINE)).do(do.SetMapAxes((1, 2)), do.SetCompare(True))
+    other = page.picture.of(1)
+    assert (other.active, other.document.map_axes, other.document.landscape_axes) == (1, (0,), (0,))
+    assert page.picture.of(0) is page.picture or page.picture.of(0).active == 0
+
+
+@pytest.mark.parametrize("pair", [(0, 0), (0, 7)])
+def test_a_code_of_two_models_that_are_not_here_is_refused(pair: tuple[int, int]) -> None:
+    with pytest.raises(InputError, match="two models to compare"):
+        check_fits(TOGETHER, replace(opened(TOGETHER), pair=pair))
