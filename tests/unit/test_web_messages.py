@@ -43,14 +43,21 @@ def typedef(name: str) -> list[str]:
     return re.findall(r"(\w+):", inline[1])
 
 
-@pytest.mark.parametrize("kind", [*shown.Shown.__subclasses__(), shown.RobotShown])
+KINDS = [
+    kind
+    for kind in (*shown.Shown.__subclasses__(), *shown.OnBoards.__subclasses__())
+    if kind is not shown.OnBoards
+]
+
+
+@pytest.mark.parametrize("kind", [*KINDS, shown.RobotShown])
 def test_the_page_knows_every_field_that_is_shown(kind: type) -> None:
     names = [field.name for field in dataclasses.fields(kind)]
     assert sorted(typedef(kind.__name__)) == sorted(names)
 
 
 def test_the_page_handles_all_that_is_shown() -> None:
-    assert sorted(typedef("Shown")) == sorted(k.__name__ for k in shown.Shown.__subclasses__())
+    assert sorted(typedef("Shown")) == sorted(kind.__name__ for kind in KINDS)
     for name in typedef("Shown"):
         assert f"{name}: (" in script()
 
@@ -250,7 +257,8 @@ def test_viser_has_the_names_that_the_bridge_uses() -> None:
     """The real client handle of a real server, without a browser."""
     assert viser.__version__ == "1.1.1"
     assert "_websock_connection" in viser.ClientHandle.__init__.__code__.co_names
-    assert board_html("map") == '<div id="rnnpb-map"></div>'
+    assert re.findall(r'id="([^"]*)"', board_html("map")) == ["rnnpb-map"]
+    assert re.findall(r'id="([^"]*)"', board_html("map", 2)) == ["rnnpb-map", "rnnpb-map-2"]
 
 
 # --- the script ---

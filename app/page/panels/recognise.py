@@ -268,9 +268,9 @@ class RecognisePanel:
         if example is None:
             return
         facts = self._facts[self._active]
-        self._read(Upload(f"{name}.csv", example.read, facts))
         joints = example.observed_joints(facts.joints)
         self._send(do.SetRecognitionOption("joints", joints))
+        self._read(Upload(f"{name}.csv", example.read, facts))
 
     # --- what the state says ---
     def show(self, picture: Picture) -> None:
