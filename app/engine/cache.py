@@ -16,6 +16,8 @@ from ..state.results import (
     MotionResult,
     RecognitionTrace,
     Result,
+    StretchResult,
+    WaysResult,
 )
 from ..state.work import BeliefWork, LandscapeWork, RecogniseWork, Work
 
@@ -90,7 +92,7 @@ def _size(work: Work, result: Result) -> int:
             held += sum(one.nbytes if one.base is None else one.base.nbytes for one in arrays)
         case BeliefResult(cloud, motions):
             held += cloud.pbs.nbytes + cloud.weights.nbytes + sum(one.nbytes for one in motions)
-        case CodebookResult():
+        case CodebookResult() | StretchResult() | WaysResult():
             pass
         case ExportedFile(_, content, _):
             held += len(content)

@@ -26,8 +26,9 @@ class Priority(IntEnum):
     LIVE = 3  # a frame of a motion that arrives
     COARSE = 4  # landscapes, as long as they are coarse
     RECOGNITION = 5
-    COMPLETE = 6  # landscapes, the rest of them
-    CODEBOOK = 7
+    SMOOTHNESS = 6
+    COMPLETE = 7  # landscapes, the rest of them
+    CODEBOOK = 8
 
 
 class Task:
@@ -61,6 +62,22 @@ class Call(Task, Generic[ValueT]):
     def step(self, riders: Sequence[Task] = ()) -> bool:
         self.value = self._function()
         return True
+
+
+class Last(Task):
+    """The last of some pieces."""
+
+    def __init__(self, pieces: Iterator[object]) -> None:
+        self.result: object = None
+        super().__init__(self._through(pieces))
+
+    def _through(self, pieces: Iterator[object]) -> Iterator[None]:
+        while True:
+            piece = next(pieces, self)
+            if piece is self:
+                return
+            self.result = piece
+            yield
 
 
 @dataclass(frozen=True)

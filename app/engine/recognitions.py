@@ -26,7 +26,7 @@ from ..state.results import RecognitionTrace
 from ..state.work import RecogniseWork
 from .beliefs import growth
 from .generation import batch_size
-from .job import Call, Priority, Round, Stage, Steps, Task
+from .job import Call, Last, Priority, Round, Stage, Steps, Task
 from .sources import Sources
 
 ENOUGH = 1_024  # entries of a codebook: a global search waits for as many
@@ -87,7 +87,7 @@ def _global(work: RecogniseWork, sources: Sources) -> Steps:
         return
     best = torch.as_tensor(trace.pb[trace.best]).to(model.mu)
     seen = Observation.of(model, work.target.array, work.observed, work.joints)
-    belief = _Last(posterior_pieces(model, best, seen))
+    belief = Last(posterior_pieces(model, best, seen))
     yield Round(Priority.RECOGNITION, [belief])
     assert isinstance(belief.result, Posterior)
     yield Stage(path.trace(finished=True, posterior=belief.result), done=True)
@@ -165,23 +165,6 @@ class _Iteration(Task):
             if isinstance(piece, RecognitionStep):
                 self.result = piece
                 return
-            yield
-
-
-class _Last(Task):
-    """The last of some pieces."""
-
-    def __init__(self, pieces: Iterator[object]) -> None:
-        self.result: object = None
-        super().__init__(self._through(pieces))
-
-    def _through(self, pieces: Iterator[object]) -> Iterator[None]:
-        while True:
-            with torch.no_grad():
-                piece = next(pieces, self)
-            if piece is self:
-                return
-            self.result = piece
             yield
 
 

@@ -11,7 +11,9 @@ from ..state.work import (
     LandscapeWork,
     MotionWork,
     RecogniseWork,
+    StretchWork,
     TakeAwayWork,
+    WaysWork,
     Work,
 )
 from .beliefs import belief, codebook
@@ -20,6 +22,7 @@ from .job import Steps
 from .landscapes import landscape
 from .motions import motion
 from .recognitions import recognition
+from .smoothness import stretch_here, ways
 from .sources import Sources
 from .take_away import take_away
 
@@ -32,6 +35,10 @@ def steps_of(sources: Sources, work: Work, wanted_at: float) -> Steps:
     match work:
         case CodebookWork():
             return codebook(work, sources)
+        case StretchWork():
+            return stretch_here(work, sources)
+        case WaysWork():
+            return ways(work, sources)
         case BeliefWork():
             return belief(work, sources)
         case TakeAwayWork():

@@ -169,3 +169,26 @@ def joints_line(document: Document, facts: ModelFacts) -> str:
     joints = joint_indices(facts, document.recognition.joints)
     hidden = [joint for i, joint in enumerate(facts.joints) if joints and i not in joints]
     return f"Inferred, not observed: {some_names(hidden)}" if hidden else ""
+
+
+# --- models side by side ---
+def smoothness_lines(picture: Picture) -> list[str]:
+    """How smooth each of two models is: where its puck is, and on the way to the goal."""
+    if not picture.document.compare:
+        return []
+    lines = []
+    for index in picture.document.on_boards:
+        facts, stretch, ways = picture.facts[index], picture.stretch(index), picture.ways(index)
+        parts = []
+        if stretch is not None:
+            per_sd = stretch.degrees * facts.mu_sd
+            parts.append(f"stretch here {stretch.degrees:.1f}° a unit of μ, {per_sd:.1f}° a sd")
+        if ways is not None:
+            detour = "…" if ways.detour is None else f"{ways.detour:.2f}"
+            goal = picture.document.goal
+            parts.append(
+                f"to {goal}: wander {ways.wander:.1f}, cliff {ways.cliff:.1f}, detour {detour}"
+            )
+        if parts:
+            lines.append(f"{facts.name}: {'; '.join(parts)}")
+    return lines

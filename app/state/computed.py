@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from .results import CodebookResult, RecognitionTrace, Result
 from .work import RecogniseWork, Slot, Work
 
+LASTING = ("motion", "landscape", "belief", "stretch")  # shown until the next one is there
+
 
 @dataclass(frozen=True, eq=False)
 class Entry:
@@ -86,7 +88,8 @@ class Computed:
         entries = {
             slot: entry
             for slot, entry in self.entries.items()
-            if slot[0] in ("motion", "landscape", "belief")  # shown until the next one is there
+            if slot[0]
+            in ("motion", "landscape", "belief", "stretch")  # shown until the next one is there
             or (slot in wanted and (slot[0] != "recognition" or entry.answers(wanted[slot])))
         }
         failures = {

@@ -26,6 +26,8 @@ from .results import (
     LandscapeResult,
     MotionResult,
     RecognitionTrace,
+    StretchResult,
+    WaysResult,
 )
 from .wanted import (
     GHOSTS,
@@ -210,6 +212,16 @@ class Picture:
         """How far the active model's codebook has grown."""
         entry = self.computed.entries.get(("codebook", self.active))
         return entry.result if entry and isinstance(entry.result, CodebookResult) else None
+
+    def stretch(self, index: int) -> StretchResult | None:
+        """A model's newest one; it may be behind the puck."""
+        entry = self.computed.entries.get(("stretch", index))
+        return entry.result if entry and isinstance(entry.result, StretchResult) else None
+
+    def ways(self, index: int) -> WaysResult | None:
+        """From a model's selected motion to the goal."""
+        entry = self.computed.entries.get(("ways", index))
+        return entry.result if entry and isinstance(entry.result, WaysResult) else None
 
     @cached_property
     def explained(self) -> Explained | None:

@@ -99,6 +99,23 @@ class BeliefResult:
 
 
 @dataclass(frozen=True)
+class StretchResult:
+    """Degrees of mean joint angle a unit of mu; condition: of the Jacobian."""
+
+    degrees: float
+    condition: float
+
+
+@dataclass(frozen=True)
+class WaysResult:
+    """From one motion to another: see core/smoothness.py. detour: None until the way is sought."""
+
+    wander: float
+    cliff: float
+    detour: float | None
+
+
+@dataclass(frozen=True)
 class ExportedFile:
     file_name: str
     content: bytes
@@ -106,5 +123,12 @@ class ExportedFile:
 
 
 Result = (
-    MotionResult | LandscapeResult | RecognitionTrace | CodebookResult | BeliefResult | ExportedFile
+    MotionResult
+    | LandscapeResult
+    | RecognitionTrace
+    | CodebookResult
+    | BeliefResult
+    | StretchResult
+    | WaysResult
+    | ExportedFile
 )

@@ -20,9 +20,11 @@ from .work import (
     MotionWork,
     RecogniseWork,
     Slot,
+    StretchWork,
     TakeAway,
     TakeAwayWork,
     Vector,
+    WaysWork,
     Work,
 )
 
@@ -58,6 +60,12 @@ def wanted(facts: Facts, document: Document, known: Computed | None = None) -> d
         entries = known.codebook_entries(active) if known else 0
         if document.cloud and entries:
             works["belief", active] = belief_work(facts, document, entries)
+    for index in document.on_boards if document.compare else ():
+        latent = document.models[index].latent
+        works["stretch", index] = StretchWork(index, latent.mu)
+        ends = way_ends(facts[index], document, latent.motion)
+        if ends is not None:
+            works["ways", index] = WaysWork(index, *ends)
     return works
 
 
@@ -152,6 +160,14 @@ def landscape_work(facts: Facts, document: Document, index: int) -> LandscapeWor
         motion=-1 if target is not None else document.models[index].latent.motion,
         labels=where.labels,
     )
+
+
+def way_ends(facts: ModelFacts, document: Document, motion: int) -> tuple[Vector, Vector] | None:
+    """The learned mu of a motion and of the goal; None where there is no way."""
+    if document.goal not in facts.motions or facts.motions[motion] == document.goal:
+        return None
+    goal = facts.motions.index(document.goal)
+    return tuple(facts.mu[motion].tolist()), tuple(facts.mu[goal].tolist())
 
 
 def joint_indices(facts: ModelFacts, names: tuple[str, ...]) -> tuple[int, ...]:

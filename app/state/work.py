@@ -98,6 +98,23 @@ class BeliefWork:
 
 
 @dataclass(frozen=True)
+class StretchWork:
+    """How far the motion moves for a small step from mu (core/smoothness.py)."""
+
+    model: int
+    mu: Vector  # (D,)
+
+
+@dataclass(frozen=True)
+class WaysWork:
+    """The straight line and the shortest way from one motion's mu to another's."""
+
+    model: int
+    start: Vector  # (D,)
+    end: Vector
+
+
+@dataclass(frozen=True)
 class ExportWork:
     """A motion as a file for a real robot."""
 
@@ -126,6 +143,8 @@ Work = (
     | RecogniseWork
     | CodebookWork
     | BeliefWork
+    | StretchWork
+    | WaysWork
     | ExportWork
     | TakeAwayWork
 )
@@ -139,6 +158,8 @@ Slot = tuple[
         "recognition",
         "codebook",
         "belief",
+        "stretch",
+        "ways",
         "export",
     ],
     int,

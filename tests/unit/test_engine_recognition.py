@@ -17,14 +17,18 @@ from rnnpb_explorer.app.state.results import (
     CodebookResult,
     ExportedFile,
     RecognitionTrace,
+    StretchResult,
+    WaysResult,
 )
 from rnnpb_explorer.app.state.work import (
     BeliefWork,
     CodebookWork,
     RecogniseWork,
     Slot,
+    StretchWork,
     TakeAway,
     TakeAwayWork,
+    WaysWork,
 )
 from rnnpb_explorer.core.belief import belief_cloud
 from rnnpb_explorer.core.codebook import complete_codebook
@@ -32,6 +36,7 @@ from rnnpb_explorer.core.files import CACHE_VARIABLE
 from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion
 from rnnpb_explorer.core.recognition_lm import LMConfig, recognize_lm
+from rnnpb_explorer.core.smoothness import shortest, straight, stretch, walk
 
 from .test_engine_works import EXPORT, RECOGNITION, Desk, one_dimensional
 
@@ -264,3 +269,18 @@ def test_of_a_deterministic_model_too() -> None:
     config = ModelConfig(5, 3, 16, 2, "deterministic", None)
     model = RNNPB(config, ModelInfo(joints=tuple("abcde"), fps=20.0)).eval().requires_grad_(False)
     assert file_of(model, "png").content.startswith(b"\x89PNG")
+
+
+# --- smoothness ---
+def test_stretch_and_ways_are_what_core_measures(tiny_model: RNNPB) -> None:
+    mu = [tuple(row) for row in tiny_model.mu.tolist()]
+    (found,) = Desk(tiny_model).results(StretchWork(0, mu[1]), ("stretch", 0))
+    expected = stretch(tiny_model, tiny_model.mu[1])
+    assert isinstance(found, StretchResult)
+    assert found.degrees == pytest.approx(np.rad2deg(expected.largest))
+    first, last = Desk(tiny_model).results(WaysWork(0, mu[0], mu[1]), ("ways", 0))
+    way = walk(tiny_model, straight(tiny_model.mu[0], tiny_model.mu[1]))
+    best = shortest(tiny_model, tiny_model.mu[0], tiny_model.mu[1])
+    assert first == WaysResult(pytest.approx(way.wander), pytest.approx(way.cliff), None)
+    assert isinstance(last, WaysResult)
+    assert last.detour == pytest.approx(way.length / best.length)

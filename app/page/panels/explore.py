@@ -12,7 +12,9 @@ from ...state import intents as do
 from ...state.document import MAX_PB, Hand
 from ...state.facts import Facts, ModelFacts
 from ...state.picture import Picture
+from ..words import smoothness_lines
 from .bound import Bound, assign, on_click
+from .text import text_lines, write
 
 Send = Callable[[do.Intent], None]
 
@@ -67,6 +69,7 @@ class ExplorePanel:
             ),
             lambda name: send(do.SetGoal("" if name == NO_GOAL else name)),
         )
+        self._smoothness = gui.add_html("")
         self._sliders = gui.add_folder("Parametric bias: N(μ, σ²)")
         self._note = gui.add_markdown("")
         self._mu: list[Bound] = []
@@ -120,7 +123,9 @@ class ExplorePanel:
         self._hand.show(next(label for label, known in HANDS.items() if known == hand))
         self._goal.offer([NO_GOAL, *facts.motions])
         self._goal.show(goal if goal in facts.motions else NO_GOAL)
-        assign(self._goal.handle, visible=len(self._facts) > 1 and hand == "way")
+        comparing = picture.document.compare
+        assign(self._goal.handle, visible=len(self._facts) > 1 and (comparing or hand == "way"))
+        write(self._smoothness, text_lines(*smoothness_lines(picture)))
         for bound, value in zip(self._mu, latent.mu[first:], strict=False):
             _show_slider(bound, value)
         for bound, value in zip(self._sigma, latent.sigma[first:], strict=False):

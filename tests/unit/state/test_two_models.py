@@ -7,11 +7,14 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from rnnpb_explorer.app.page.words import smoothness_lines
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import Document
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.opening import check_fits, opening_document
+from rnnpb_explorer.app.state.results import StretchResult, WaysResult
 from rnnpb_explorer.app.state.wanted import wanted
+from rnnpb_explorer.app.state.work import StretchWork, WaysWork
 from rnnpb_explorer.core import InputError
 
 from ..app_states import (
@@ -333,3 +336,30 @@ def test_a_picture_of_the_other_model_has_axes_that_it_has() -> None:
 def test_a_code_of_two_models_that_are_not_here_is_refused(pair: tuple[int, int]) -> None:
     with pytest.raises(InputError, match="two models to compare"):
         check_fits(TOGETHER, replace(opened(TOGETHER), pair=pair))
+
+
+def test_smoothness_is_wanted_of_both_where_they_are_compared() -> None:
+    assert not {"stretch", "ways"} & {slot for slot, _ in wanted(TOGETHER, opened(TOGETHER))}
+    document = opened(TOGETHER, do.SetCompare(True))
+    works = wanted(TOGETHER, document)
+    assert works["stretch", 1] == StretchWork(1, document.models[1].latent.mu)
+    assert ("ways", 0) not in works
+    works = wanted(TOGETHER, after(TOGETHER, document, do.SetGoal("rest")))
+    assert works["ways", 1] == WaysWork(1, tuple(10 * MU[0]), tuple(10 * MU[2]))
+    nowhere = after(TOGETHER, document, do.SetGoal("wave"))  # it is there already
+    assert ("ways", 0) not in wanted(TOGETHER, nowhere)
+
+
+def test_smoothness_in_words() -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"))
+    assert smoothness_lines(page.picture) == []
+    page.deliver(("stretch", 1), StretchResult(38.0, 2.0))
+    page.deliver(("ways", 1), WaysResult(4.0, 6.4, None), done=False)
+    sd = TWO.mu_sd * 38
+    assert smoothness_lines(page.picture) == [
+        f"two: stretch here 38.0° a unit of μ, {sd:.1f}° a sd; "
+        "to rest: wander 4.0, cliff 6.4, detour …"
+    ]
+    page.deliver(("ways", 1), WaysResult(4.0, 6.4, 1.2))
+    assert smoothness_lines(page.picture)[0].endswith("detour 1.20")
+    assert smoothness_lines(page.do(do.SetCompare(False)).picture) == []
