@@ -177,7 +177,8 @@ class Screen:
         axes = (*active, document.landscape_axes)
         run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
         landscape = picture.landscape
-        points = (*active, document.colouring, latent.motion, document.added)
+        looks = (document.colouring, document.on_boards)
+        points = (*active, *looks, latent.motion, document.added)
         self._put(f"map {slot}", points, lambda: map_shown(picture, slot))
         puck = (*axes, latent, picture.posterior, self.heard)
         self._put(f"puck {slot}", puck, lambda: puck_shown(picture, self.heard, slot))

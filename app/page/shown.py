@@ -126,6 +126,7 @@ class MapShown(OnBoards):
     points: (N, 2); the second coordinate is 0 where one component is drawn. names: (N,).
     classes: (N,) behaviour classes, '' for none. values: (N,) valence or arousal from 0 to 1, NaN
     for none. selected: index of a motion. extent: (4,) left, right, bottom, top of the whole map.
+    pairs: of boards that are shown, 2 where two models are side by side.
     added: (A, 2) points of a person's own, added_names: (A,), added_index: (A,) what to ask for.
     """
 
@@ -141,6 +142,7 @@ class MapShown(OnBoards):
     values: Array | None
     selected: int | None
     extent: Array
+    pairs: int
     added: Array
     added_names: tuple[str, ...]
     added_index: Array

@@ -47,6 +47,7 @@ def map_shown(picture: Picture, slot: int = 0) -> MapShown:
         else np.array([_rating(getattr(one, document.colouring, None)) for one in labels]),
         selected=picture.choice.latent.motion,
         extent=_extent(points),
+        pairs=len(picture.document.on_boards),
         **_added(picture),
         slot=slot,
     )

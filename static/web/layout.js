@@ -75,7 +75,9 @@ export class Layout {
       type: "button",
       "aria-pressed": String(i === 0),
     });
-    made.textContent = board.name.startsWith("map") ? "Map" : "Landscape";
+    const second = board.name.endsWith("-2") ? " 2" : "";
+    made.textContent = `${board.name.startsWith("map") ? "Map" : "Landscape"}${second}`;
+    made.hidden = second !== "";
     made.addEventListener("click", () => {
       this.shown = i;
       this.choices.forEach((one, k) => {
@@ -84,6 +86,14 @@ export class Layout {
       this.arrange();
     });
     return made;
+  }
+
+  /** How many models' boards there are to choose from. @param {number} pairs */
+  showPairs(pairs) {
+    this.choices.forEach((choice, i) => {
+      choice.hidden = i >= 2 * pairs;
+    });
+    if (this.choices[this.shown]?.hidden) this.choices[0]?.click();
   }
 
   /** @param {string} label @param {string} text @param {import("./messages.js").Asked} asked */

@@ -67,6 +67,7 @@ class Part {
       MapShown: (shown) => {
         maps[shown.slot].show(shown);
         landscapes[shown.slot].showMap(shown);
+        layout.showPairs(shown.pairs);
       },
       PuckShown: (shown) => {
         maps[shown.slot].showPuck(shown);

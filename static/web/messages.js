@@ -65,6 +65,7 @@
  * @property {Numbers | null} values (N) from 0 to 1, NaN where there is none
  * @property {number | null} selected
  * @property {Numbers} extent (4) left, right, bottom, top of the whole map
+ * @property {number} pairs of boards that are shown
  * @property {Numbers} added (A, 2) points of a person's own
  * @property {string[]} added_names (A)
  * @property {Numbers<Int32Array>} added_index (A) what to ask for

@@ -191,4 +191,4 @@ def test_a_file_that_is_too_large_is_refused_on_the_page(explorer: ExplorerPage)
     explorer.upload("large.csv", b"1" * 9_000_000)
     explorer.alert(TOO_LARGE).wait_for()
     expect(explorer.button("Upload a motion")).to_be_enabled()
-    assert explorer.page.get_by_role("alert").filter(has_text="Uploading").count() == 0
+    expect(explorer.page.get_by_role("alert").filter(has_text="Uploading")).to_have_count(0)

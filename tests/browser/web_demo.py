@@ -190,6 +190,7 @@ class Session:
                 selected=self.motion,
                 extent=np.array([low[0], high[0], low[1], high[1]])
                 + np.array([-1, 1, -1, 1]) * np.repeat(pad, 2),
+                pairs=1,
                 added=low[None],  # in a corner, where nothing was learnt
                 added_names=("mine",),
                 added_index=np.array([4]),
