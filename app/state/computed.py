@@ -88,8 +88,7 @@ class Computed:
         entries = {
             slot: entry
             for slot, entry in self.entries.items()
-            if slot[0]
-            in ("motion", "landscape", "belief", "stretch")  # shown until the next one is there
+            if slot[0] in LASTING
             or (slot in wanted and (slot[0] != "recognition" or entry.answers(wanted[slot])))
         }
         failures = {

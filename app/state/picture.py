@@ -38,8 +38,9 @@ from .wanted import (
     landscape_work,
     recognise_work,
     seen_target,
+    way_ends,
 )
-from .work import LandscapeWork, Slot
+from .work import LandscapeWork, Slot, WaysWork
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
 
@@ -221,7 +222,10 @@ class Picture:
     def ways(self, index: int) -> WaysResult | None:
         """From a model's selected motion to the goal."""
         entry = self.computed.entries.get(("ways", index))
-        return entry.result if entry and isinstance(entry.result, WaysResult) else None
+        ends = way_ends(self.facts[index], self.document, self.document.models[index].latent.motion)
+        if entry is None or ends is None or not entry.answers(WaysWork(index, *ends)):
+            return None  # of another way
+        return entry.result if isinstance(entry.result, WaysResult) else None
 
     @cached_property
     def explained(self) -> Explained | None:

@@ -362,4 +362,6 @@ def test_smoothness_in_words() -> None:
     ]
     page.deliver(("ways", 1), WaysResult(4.0, 6.4, 1.2))
     assert smoothness_lines(page.picture)[0].endswith("detour 1.20")
+    page.do(do.SetGoal("bow"))  # whose way is not measured yet
+    assert "wander" not in smoothness_lines(page.picture)[0]
     assert smoothness_lines(page.do(do.SetCompare(False)).picture) == []
