@@ -14,6 +14,7 @@ from rnnpb_explorer.app.state.work import LandscapeWork, MotionWork
 from rnnpb_explorer.core.model import RNNPB
 from rnnpb_explorer.robot.description import load_robot
 
+MODEL = "strong"
 FRAMES = 140
 STEP = 1e-3  # of a component of mu, from one work to the next
 
@@ -23,20 +24,21 @@ class Pages:
 
     def __init__(self, model: RNNPB, rest_seconds: float) -> None:
         self._mu = tuple(model.mu[0].tolist())
-        nothing = [[None] * model.config.num_motions]
-        self.engine = Engine((model,), nothing, load_robot("pepper"), rest_seconds=rest_seconds)
+        data = {MODEL: (None,) * model.config.num_motions}
+        robot = load_robot("pepper")
+        self.engine = Engine({MODEL: model}, data, robot, rest_seconds=rest_seconds)
         self.workers = len(self.engine._threads)
         self._done = threading.Event()
         self._page = self.engine.open(self._take)
 
     def motion(self, number: int, page: int = 0) -> MotionWork:
-        return MotionWork(0, self._point(number, page), FRAMES, "report")
+        return MotionWork(MODEL, self._point(number, page), FRAMES, "report")
 
     def landscape(self, number: int, target: Target, page: int = 0) -> LandscapeWork:
         zeros = (0.0,) * (len(self._mu) - 2)
         directions = ((1.0, 0.0, *zeros), (0.0, 1.0, *zeros))
         point = self._point(number, page)
-        return LandscapeWork(0, point, directions, (0.0, 0.0, *zeros), 1.0, target, -1)
+        return LandscapeWork(MODEL, point, directions, (0.0, 0.0, *zeros), 1.0, target, -1)
 
     def complete(self, work: LandscapeWork) -> None:
         """Have a landscape done."""

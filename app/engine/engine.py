@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import joblib
@@ -23,6 +23,7 @@ class Engine(Crew):
     """Computes for all pages of the process: motions, landscapes, recognitions, files.
 
     Args:
+        models: by name; one that is added to it later can be computed with as well.
         data: of each model, of each of its motions: the training motion where there is one.
         workers: threads, one a core by default.
         clock: seconds that never go back.
@@ -31,8 +32,8 @@ class Engine(Crew):
 
     def __init__(
         self,
-        models: tuple[RNNPB, ...],
-        data: Sequence[Sequence[Motion | None]],
+        models: Mapping[str, RNNPB],
+        data: Mapping[str, Sequence[Motion | None]],
         robot: Robot,
         workers: int | None = None,
         *,

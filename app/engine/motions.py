@@ -34,7 +34,7 @@ def _check(work: MotionWork, sources: Sources, positions: NDArray[np.float32]) -
     return CheckedMotion(report, limited)
 
 
-def named_motion(name: str, model: int, sources: Sources, positions: NDArray[np.float32]) -> Motion:
+def named_motion(name: str, model: str, sources: Sources, positions: NDArray[np.float32]) -> Motion:
     """Positions (T, J) that a model generated, with its joints and rate."""
     info = sources.models[model].info
     return Motion(name, info.joints, positions, info.fps)

@@ -53,9 +53,15 @@ class Screen:
     """Builds what one browser shows, and brings pictures on it."""
 
     def __init__(
-        self, client: viser.ClientHandle, bridge: Bridge, robot: Robot, facts: Facts, send: Send
+        self,
+        client: viser.ClientHandle,
+        bridge: Bridge,
+        robot: Robot,
+        facts: Facts,
+        offers: tuple[str, ...],
+        send: Send,
     ) -> None:
-        self._client, self._bridge, self._robot, self._facts = client, bridge, robot, facts
+        self._client, self._bridge, self._robot = client, bridge, robot
         self._size = room_of(robot)
         self._stage = stage_for(len(facts), *self._size)
         self._names = RobotNames(client.scene, self._size[1])
@@ -70,7 +76,7 @@ class Screen:
         self._aspect = 1.0  # of the canvas
         self._page_width = 0
         self._build_boards()
-        self._build_panels()
+        self._build_panels(facts, offers)
         self._build_commands()
 
     # --- building ---
@@ -89,19 +95,19 @@ class Screen:
         with landscape_panel.add_tab("Correlation landscape"):
             self._places["landscape"] = gui.add_html(board_html("landscape"))
 
-    def _build_panels(self) -> None:
+    def _build_panels(self, facts: Facts, offers: tuple[str, ...]) -> None:
         gui = self._client.gui
         gui.set_panel_label("rnnpb-explorer")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
-        light = SafetyLight(gui, self._facts, self._robot)
+        light = SafetyLight(gui, self._robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Explore"):
-            explore = ExplorePanel(gui, self._facts, self._send)
+            explore = ExplorePanel(gui, facts, offers, self._send)
         with tabs.add_tab("Recognise"):
-            recognise = RecognisePanel(gui, self._facts, self._robot, self._send)
+            recognise = RecognisePanel(gui, facts, self._robot, self._send)
         with tabs.add_tab("Robot"):
-            robot = RobotPanel(gui, self._facts, self._robot, self._send)
+            robot = RobotPanel(gui, self._robot, self._send)
         with tabs.add_tab("View"):
             has_eyes = bool(eye_nodes(self._robot, ROOT))
             self._view = ViewPanel(gui, self._send, has_eyes=has_eyes)
@@ -149,7 +155,7 @@ class Screen:
         self._put(
             "curves",
             (
-                picture.active,
+                picture.model.name,
                 document.joint,
                 given_target(picture.facts, document, picture.active) or picture.reference(),
                 document.recognition.observed,
@@ -173,7 +179,7 @@ class Screen:
     def _show_pair(self, picture: Picture, slot: int) -> None:
         """The two boards of one model."""
         document, latent = picture.document, picture.choice.latent
-        active = (picture.active, document.map_axes)
+        active = (picture.active, picture.model.name, document.map_axes)
         axes = (*active, document.landscape_axes)
         run = (document.run, 0 if picture.trace is None else picture.trace.iterations)
         landscape = picture.landscape
@@ -195,8 +201,8 @@ class Screen:
         self._show_view(picture.document.seen)
         self._put(
             "robots",
-            cast,
-            lambda: robots_shown(self._robot, self._facts, self._stage.robots, cast),
+            (*cast, *(one.joints for one in picture.facts)),
+            lambda: robots_shown(self._robot, picture.facts, self._stage.robots, cast),
         )
         self._names.show(picture, self._stage.robots)
 
@@ -224,7 +230,7 @@ class Screen:
     ) -> None:
         if motion is None:
             return
-        facts, document, model = self._facts, picture.document, part.model
+        facts, document, model = picture.facts, picture.document, part.model
         if ghosts and len(ghosts[0]) != len(motion):
             ghosts = ()  # of another motion
 
@@ -242,7 +248,7 @@ class Screen:
                 ends=part.motion == "target" and not document.revealed,
             )
 
-        of_eyes = (document.eyes, given_target(facts, document, model))
+        of_eyes = (facts[model].name, document.eyes, given_target(facts, document, model))
         what = (motion,) if follows_from is None else follows_from
         self._put(
             f"motion {robot}",

@@ -10,33 +10,25 @@ import socket
 import threading
 import warnings
 from dataclasses import dataclass
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 
-import numpy as np
 import viser
 from msgspec.structs import replace
 
-from ...core.checkpoint import load_checkpoint
-from ...core.data import Dataset
-from ...core.device import choose_device
 from ...core.errors import InputError
-from ...core.latent_map import LatentMap
-from ...core.model import RNNPB, UNKNOWN_LENGTH
-from ...robot.data import load_dataset
 from ...robot.description import Robot, load_robot, match_joints
-from ...robot.eyes import load_eyes
 from ...robot.reading import NOTHING_SAID, Said
 from ..engine.engine import Engine
 from ..state import intents as do
-from ..state.document import Document, EyeTrack
+from ..state.document import Document
 from ..state.facts import Facts, ModelFacts
-from ..state.opening import opening_document
-from ..state.statecode import decode
+from ..state.opening import check_fits, opening_document
+from ..state.statecode import unpacked
 from ..state.wanted import motion_steps
 from .door import WILDCARDS, address_for_others, make_door, url_host
 from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
+from .library import Library
 from .robot_nodes import add_robot
 from .robots import ROOT
 from .session import Session
@@ -45,7 +37,6 @@ from .studio import set_up_studio
 from .uploads import TOO_LARGE
 from .words import none_matches
 
-MAX_MODELS = 4
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
 MOST_REMARKS = 8  # on the robot, in the log
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
@@ -58,6 +49,7 @@ class ServerOptions:
     """What the command line decides."""
 
     checkpoints: tuple[str, ...] = ("strong.pt",)
+    models: str | None = None  # a folder of more of them, to open on the page
     host: str = "127.0.0.1"
     port: int = 8080  # 0: any free one
     token: str | None = None  # without it no page and no session
@@ -86,12 +78,12 @@ class App:
             allow_frames=options.allow_frames,
             scripts=page_scripts(),
         )
-        models = load_models(options)
+        self.library = open_library(options)
         self.robot = load_robot(options.robot)
-        self.facts = describe_models(models, options)
+        self.facts = self.library.started
         for warning in (*unmatched_joints(self.robot, self.facts), *remarks(self.robot)):
             log.warning("%s", warning)
-        self.opening = opening(self.facts, models[0], options)
+        self.opening = opening(self.library, options)
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
@@ -100,7 +92,7 @@ class App:
         set_up_studio(self._server.scene)
         self._staged = staged(self.robot)
         add_robot(self._server.scene, self._staged, ROOT)
-        self._engine = Engine(models, [one.data for one in self.facts], self.robot)
+        self._engine = Engine(self.library.models, self.library.data, self.robot)
         self._server.on_client_connect(self._connected)
         self._server.on_client_disconnect(self._disconnected)
         self.url = f"http://{url_host(options.host)}:{self._server.get_port()}"
@@ -130,7 +122,7 @@ class App:
             if not full:
                 self.sessions[client.client_id] = Session(
                     client,
-                    self.facts,
+                    self.library,
                     self._engine,
                     self._staged,
                     self.opening,
@@ -164,93 +156,33 @@ def start(options: ServerOptions) -> App:
     return App(options)
 
 
-def load_models(options: ServerOptions) -> tuple[RNNPB, ...]:
-    if not 1 <= len(options.checkpoints) <= MAX_MODELS:
-        raise InputError(f"from 1 to {MAX_MODELS} checkpoints, got {len(options.checkpoints)}")
-    device = choose_device(options.device)
-    return tuple(load_checkpoint(path).to(device) for path in options.checkpoints)
-
-
-def describe_models(models: tuple[RNNPB, ...], options: ServerOptions) -> Facts:
-    eyes = {} if options.data is None else eye_tracks(options.data)
-    names = model_names(options.checkpoints)
-
-    @cache  # models of the same joints share their motions
-    def read(data: str, joints: tuple[str, ...], fps: float) -> Dataset:
-        dataset = load_dataset(data, joints, options.said, fps)
-        for remark in dataset.remarks:
-            log.warning("%s", remark)
-        return dataset
-
-    return tuple(
-        _describe(
-            model,
-            name,
-            None if options.data is None else read(options.data, model.info.joints, model.info.fps),
-            eyes,
-        )
-        for model, name in zip(models, names, strict=True)
+def open_library(options: ServerOptions) -> Library:
+    """The models of the command line, and what else pages may open."""
+    return Library(
+        options.checkpoints,
+        folder=options.models,
+        data=options.data,
+        said=options.said,
+        device=options.device,
     )
 
 
-def eye_tracks(data: str) -> dict[str, EyeTrack]:
-    """The eye colours in the data; motions are as good without."""
-    try:
-        return load_eyes(data)
-    except InputError as error:
-        log.warning("no eye colours: %s", error)
-        return {}
-
-
-def model_names(checkpoints: tuple[str, ...]) -> list[str]:
-    """Short names: the file's, or its folder's for a published `model.tar`; numbered if equal."""
-    paths = [Path(path) for path in checkpoints]
-    names = [
-        path.parent.name if path.name == "model.tar" and path.parent.name else path.stem
-        for path in paths
-    ]
-    if len(set(names)) < len(names):
-        names = [f"{name} ({i})" for i, name in enumerate(names, 1)]
-    return names
-
-
-def _describe(
-    model: RNNPB, name: str, dataset: Dataset | None, eyes: dict[str, EyeTrack]
-) -> ModelFacts:
-    count = model.config.num_motions
-    info = model.info if dataset is None else dataset.complete(model)
-    mu = model.mu.detach().cpu().numpy().astype(np.float64)
-    names = info.motions or tuple(f"motion {i}" for i in range(count))
-    return ModelFacts(
-        name=name,
-        mu=mu,
-        sigma=model.sigma.detach().cpu().numpy().astype(np.float64),
-        stochastic=model.stochastic,
-        beta=model.config.beta,
-        joints=info.joints,
-        fps=info.fps,
-        motions=names,
-        lengths=info.lengths or (UNKNOWN_LENGTH,) * count,
-        labels=info.labels,
-        latent_map=LatentMap.fit(mu),
-        data=(None,) * count if dataset is None else dataset.learned_by(model),
-        eyes=tuple(map(eyes.get, names)) if eyes else (),
-    )
-
-
-def opening(facts: Facts, model: RNNPB, options: ServerOptions) -> Document:
+def opening(library: Library, options: ServerOptions) -> Document:
     """The document that every new page begins with."""
+    facts = library.started
     motion = liveliest(facts[0])
     if options.motion is not None:
         names = facts[0].motions
         motion = (
             names.index(options.motion)
             if options.motion in names
-            else model.motion_index(options.motion)
+            else library.models[facts[0].name].motion_index(options.motion)
         )
     document = opening_document(facts, options.seed, motion)
     if options.state_code is not None:
-        document = decode(facts, options.state_code)
+        document = unpacked(options.state_code)
+        facts = library.facts(choice.name for choice in document.models)
+        check_fits(facts, document)
     if options.frame is not None:
         last = motion_steps(facts, document, 0) - 1
         if not 0 <= options.frame <= last:

@@ -25,16 +25,19 @@ from ..state.computed import Computed, Entry
 from ..state.document import Document, ExportOptions
 from ..state.facts import Facts
 from ..state.history import History, gesture_of
+from ..state.on_models import close_model, open_model
 from ..state.on_recognition import advance, break_off, follow
+from ..state.opening import check_fits
 from ..state.picture import Picture
 from ..state.results import ExportedFile
-from ..state.statecode import MAX_LINE, decode, encode
+from ..state.statecode import MAX_LINE, encode, unpacked
 from ..state.update import update
 from ..state.wanted import export_work, take_away_work, wanted
 from ..state.work import ExportWork, Slot, TakeAwayWork, Work
 from . import asked
 from .bridge import Bridge
 from .hand import intent_of
+from .library import Library
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
 from .uploads import CODE_SUFFIX
@@ -63,13 +66,13 @@ class Session:
     def __init__(
         self,
         client: viser.ClientHandle,
-        facts: Facts,
+        library: Library,
         engine: Engine,
         robot: Robot,
         opening: Document,
         ended: Callable[[], None],
     ) -> None:
-        self._client, self._facts, self._robot = client, facts, robot
+        self._client, self._library, self._robot = client, library, robot
         self._ended = ended
         self._history = History(opening)
         self._computed = Computed.nothing()
@@ -97,6 +100,10 @@ class Session:
     @property
     def document(self) -> Document:
         return self._history.present
+
+    @property
+    def _facts(self) -> Facts:
+        return self._library.facts(choice.name for choice in self.document.models)
 
     def close(self) -> None:
         """End the loop and all work, without waiting; called when the browser has gone."""
@@ -153,7 +160,13 @@ class Session:
             case do.Redo():
                 self._go(self._history.redo(), "Nothing to redo", screen)
             case do.RestoreCode(code):
-                self._history = self._history.step(decode(self._facts, code), "", now)
+                self._history = self._history.step(self._decode(code), "", now)
+            case do.OpenModel(name, beside):
+                (newcomer,) = self._library.facts([name])
+                after = open_model(self._facts, self.document, newcomer, beside=beside)
+                self._history = self._history.step(after, "", now)
+            case do.CloseModel():
+                self._history = self._history.step(close_model(self._facts, self.document), "", now)
             case do.ExportMotion():
                 self._ask_for_file(self.document.export)
             case do.DownloadMotion():
@@ -196,7 +209,7 @@ class Session:
             # What cannot be shown here (of other models, say) stays with the tab until somebody
             # goes on with something else.
             self._tab = self.document
-            self._tab = decode(self._facts, hello.document)
+            self._tab = self._decode(hello.document)
             self._history, self._unproven = History(self._tab), True
         if hello.playback is not None:  # it went on playing while there was no server
             for intent in (
@@ -272,6 +285,12 @@ class Session:
             screen.say(otherwise, good=True)
         self._history = to
 
+    def _decode(self, code: str) -> Document:
+        """The document of a code; its models are loaded where they are not yet."""
+        document = unpacked(code)
+        check_fits(self._library.facts(choice.name for choice in document.models), document)
+        return document
+
     def _show_code(self, screen: Screen) -> None:
         code = encode(self.document)
         if len(code) <= MAX_LINE:
@@ -337,7 +356,9 @@ class Session:
         screen = None
         try:
             bridge = Bridge(self._client, self.send)
-            screen = Screen(self._client, bridge, self._robot, self._facts, self.send)
+            screen = Screen(
+                self._client, bridge, self._robot, self._facts, self._library.offers(), self.send
+            )
             self._loop(screen)
         except Exception:  # the thread's boundary: an error here must not pass unseen
             if not self._closed:

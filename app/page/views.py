@@ -126,7 +126,7 @@ def landscape_shown(picture: Picture, slot: int = 0) -> LandscapeShown | None:
     )
     same_plane = work.labels == where.labels
     return LandscapeShown(
-        model=work.model,
+        model=picture.active,
         correlation=values.correlation,
         x=values.x,
         y=values.y,

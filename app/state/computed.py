@@ -88,8 +88,11 @@ class Computed:
         entries = {
             slot: entry
             for slot, entry in self.entries.items()
-            if slot[0] in LASTING
-            or (slot in wanted and (slot[0] != "recognition" or entry.answers(wanted[slot])))
+            if _of_model_there(wanted, slot, entry.work)
+            and (
+                slot[0] in LASTING
+                or (slot in wanted and (slot[0] != "recognition" or entry.answers(wanted[slot])))
+            )
         }
         failures = {
             slot: (work, message)
@@ -97,6 +100,12 @@ class Computed:
             if slot in wanted and _identity(work) == _identity(wanted[slot])
         }
         return replace(self, entries=entries, failures=failures)
+
+
+def _of_model_there(wanted: Mapping[Slot, Work], slot: Slot, work: Work) -> bool:
+    """Whether a place still has the model that this was computed with."""
+    there = wanted.get(slot) or wanted.get(("motion", slot[1]))
+    return getattr(there, "model", None) == getattr(work, "model", None)
 
 
 def _identity(work: Work) -> Work:

@@ -34,6 +34,7 @@ MIN_OBSERVED = 0.1
 MAX_ITERATIONS, MAX_TRIALS = 300, 10
 MAX_BETA = 1e3
 MAX_ADDED = 50
+MAX_MODELS = 4
 MAX_COUNT = 2**32 - 1
 
 Coordinate = Annotated[float, Meta(ge=-MAX_PB, le=MAX_PB)]
@@ -221,7 +222,7 @@ class ExportOptions(Struct, frozen=True, forbid_unknown_fields=True):
 class Document(Struct, frozen=True, forbid_unknown_fields=True):
     """One page as a person has arranged it."""
 
-    models: tuple[ModelChoice, ...]
+    models: Annotated[tuple[ModelChoice, ...], Meta(min_length=1, max_length=MAX_MODELS)]
     active: Count = 0  # the model that the boards, sliders and recognition speak of
     playback: Playback = Playback()
     target: Target | None = None

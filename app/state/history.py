@@ -74,6 +74,6 @@ def gesture_of(intent: do.Intent) -> str:
 def _with_view_of(document: Document, seen: Document) -> Document:
     """The document as it is being looked at; another model has other pages of sliders."""
     view = {name: getattr(seen, name) for name in LEFT_ALONE}
-    if document.active != seen.active:
+    if document.current.name != seen.current.name:
         del view["first_slider"]
     return structs.replace(document, **view)

@@ -182,6 +182,19 @@ class SetRevealed:
 
 
 @dataclass(frozen=True)
+class OpenModel:
+    """Show a model of this name: in place of the active one, or beside it, to compare them."""
+
+    name: str
+    beside: bool = False
+
+
+@dataclass(frozen=True)
+class CloseModel:
+    """Take the active model off the page."""
+
+
+@dataclass(frozen=True)
 class SetCompare:
     """The boards of two models side by side."""
 
@@ -424,7 +437,9 @@ class Say:
     good: bool = False
 
 
+# An OpenModel needs the library of models, so that the session sees to it.
+ModelsIntent = OpenModel | CloseModel
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
 PageIntent = ExportMotion | DownloadMotion | TakeAwayRun | ShowCode | ShowFile | Say
-Intent = DocumentIntent | HistoryIntent | PageIntent
+Intent = DocumentIntent | ModelsIntent | HistoryIntent | PageIntent

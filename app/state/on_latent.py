@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import intents as do
 from .document import MAX_COUNT, Document, Latent, vector
 from .facts import Facts, ModelFacts
+from .on_view import same_joints
 from .opening import learned_latent
 from .planes import (
     fitting_axes,
@@ -27,7 +28,7 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
     latent = document.current.latent
     match intent:
         case do.SelectModel(index):
-            return _select_model(facts, document, index)
+            return select_model(facts, document, index)
         case do.SelectMotion(_, model) if model not in (None, document.active):
             return document
         case do.SelectMotion(index):
@@ -70,7 +71,7 @@ def _taken_up(facts: Facts, document: Document, intent: do.LatentIntent) -> Docu
     match intent:
         case do.MoveOnMap(model) | do.MoveOnLandscape(model) | do.SelectMotion(_, int(model)):
             if model in document.on_boards:
-                return _select_model(facts, document, model)
+                return select_model(facts, document, model)
     return document
 
 
@@ -160,7 +161,7 @@ def end_run(document: Document, *, by_hand: bool = False) -> Document:
     return replace(document, run=run)
 
 
-def _select_model(facts: Facts, document: Document, index: int) -> Document:
+def select_model(facts: Facts, document: Document, index: int) -> Document:
     """Have the boards speak of a model, along axes that it has."""
     if index == document.active or not 0 <= index < len(facts):
         return document
@@ -169,10 +170,12 @@ def _select_model(facts: Facts, document: Document, index: int) -> Document:
     pair = document.pair
     if document.compare and index not in pair:  # it takes the place of the one that was active
         pair = (index, pair[1]) if document.active == pair[0] else (pair[0], index)
+    comparable = same_joints(*(facts[one] for one in pair)) if document.compare else False
     return replace(
         end_run(document),
         active=index,
         pair=pair,
+        compare=comparable,
         first_slider=0,
         map_axes=fitting_axes(document.map_axes, dim),
         landscape_axes="pca" if axes == "pca" else fitting_axes(axes, dim),

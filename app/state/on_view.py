@@ -8,10 +8,11 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...core.belief import LEAST_SCALE, MOST_SCALE
+from ...core.errors import InputError
 from ...robot.formats import FORMATS
 from . import intents as do
 from .document import MAX_SPEED, MIN_SPEED, Document, Hand
-from .facts import Facts
+from .facts import Facts, ModelFacts
 from .planes import drawable_axes
 from .wanted import motion_steps
 
@@ -64,8 +65,8 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(_facing(document), show_target=show_target)
         case do.SetRevealed(revealed):
             return replace(document, revealed=revealed)
-        case do.SetCompare(compare):
-            return _compare(document, compare)
+        case do.SetCompare(wanted):
+            return compare(facts, document, wanted)
         case do.SetHand(hand):
             return replace(document, hand=hand) if hand in get_args(Hand) else document
         case do.SetGoal(goal):
@@ -98,15 +99,31 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             assert_never(intent)
 
 
-def _compare(document: Document, compare: bool) -> Document:
-    """Two models' boards, and one hand for both, unless a person has chosen how it moves them."""
+def compare(facts: Facts, document: Document, wanted: bool) -> Document:
+    """Two models' boards, and one hand for both, unless a person has chosen how it moves them.
+
+    Raises:
+        InputError: they move other joints.
+    """
     if len(document.models) < 2:
         return document
     active, pair = document.active, document.pair
     if active not in pair:
         pair = (pair[0], active)
-    hand = "absolute" if compare and document.hand == "alone" else document.hand
-    return replace(document, compare=compare, pair=pair, hand=hand)
+    one, other = (facts[index] for index in pair)
+    if wanted and not same_joints(one, other):
+        apart = len(set(one.joints) ^ set(other.joints))
+        raise InputError(
+            f"{one.name} and {other.name} cannot be compared: they move other joints, "
+            f"{apart} of them are moved by one of the two alone"
+        )
+    hand = "absolute" if wanted and document.hand == "alone" else document.hand
+    return replace(document, compare=wanted, pair=pair, hand=hand)
+
+
+def same_joints(one: ModelFacts, other: ModelFacts) -> bool:
+    """Whether motions of two models can be told apart by how, not by what they move."""
+    return set(one.joints) == set(other.joints)
 
 
 def _facing(document: Document) -> Document:

@@ -43,6 +43,8 @@ def check_fits(facts: Facts, document: Document) -> None:
         )
     for one, choice in zip(facts, document.models, strict=True):
         _check_choice(one, choice)
+    if len({choice.name for choice in document.models}) < len(document.models):
+        raise InputError("the state code holds a model twice")
     if document.active >= len(facts):
         raise InputError("the state code names a model that it does not hold")
     if len(facts) > 1 and (max(document.pair) >= len(facts) or len(set(document.pair)) < 2):

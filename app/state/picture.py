@@ -223,7 +223,11 @@ class Picture:
         """From a model's selected motion to the goal."""
         entry = self.computed.entries.get(("ways", index))
         ends = way_ends(self.facts[index], self.document, self.document.models[index].latent.motion)
-        if entry is None or ends is None or not entry.answers(WaysWork(index, *ends)):
+        if (
+            entry is None
+            or ends is None
+            or not entry.answers(WaysWork(self.facts[index].name, *ends))
+        ):
             return None  # of another way
         return entry.result if isinstance(entry.result, WaysResult) else None
 

@@ -31,10 +31,21 @@ def encode(document: Document) -> str:
 
 
 def decode(facts: Facts, code: str) -> Document:
-    """The document of a code.
+    """The document of a code, for these models.
 
     Raises:
-        InputError: not a state code, or one of other models than are loaded.
+        InputError: not a state code, or one of other models.
+    """
+    document = unpacked(code)
+    check_fits(facts, document)
+    return document
+
+
+def unpacked(code: str) -> Document:
+    """The document of a code, whatever models it is of.
+
+    Raises:
+        InputError: not a state code.
     """
     code = code.strip()
     if code.startswith(OLD_PREFIX):
@@ -50,8 +61,6 @@ def decode(facts: Facts, code: str) -> Document:
         content = unpacker.decompress(raw, MAX_BYTES)
         if not unpacker.eof or unpacker.unused_data:
             raise ValueError("cut off, or larger than a document can be")
-        document = _DECODER.decode(content)
+        return _DECODER.decode(content)
     except (zlib.error, msgspec.MsgspecError, ValueError, RecursionError) as error:
         raise InputError("the state code is damaged") from error
-    check_fits(facts, document)
-    return document

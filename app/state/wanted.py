@@ -56,16 +56,16 @@ def wanted(facts: Facts, document: Document, known: Computed | None = None) -> d
         works["recognition", 0] = run
     active = document.active
     if given_target(facts, document, active) is not None:
-        works["codebook", active] = CodebookWork(active)
+        works["codebook", active] = CodebookWork(facts[active].name)
         entries = known.codebook_entries(active) if known else 0
         if document.cloud and entries:
             works["belief", active] = belief_work(facts, document, entries)
     for index in document.on_boards if document.compare else ():
         latent = document.models[index].latent
-        works["stretch", index] = StretchWork(index, latent.mu)
+        works["stretch", index] = StretchWork(facts[index].name, latent.mu)
         ends = way_ends(facts[index], document, latent.motion)
         if ends is not None:
-            works["ways", index] = WaysWork(index, *ends)
+            works["ways", index] = WaysWork(facts[index].name, *ends)
     return works
 
 
@@ -123,7 +123,7 @@ def eyes_of(facts: Facts, document: Document, index: int) -> EyeTrack | None:
 # --- the works ---
 def motion_work(facts: Facts, document: Document, index: int) -> MotionWork:
     return MotionWork(
-        model=index,
+        model=facts[index].name,
         pb=document.models[index].latent.pb,
         steps=motion_steps(facts, document, index),
         check="limited" if document.side_by_side and index == document.active else "report",
@@ -136,7 +136,7 @@ def ghost_works(facts: Facts, document: Document, index: int) -> list[MotionWork
     noise = np.random.default_rng([document.seed, GHOSTS]).standard_normal((GHOSTS, len(latent.mu)))
     pbs = np.array(latent.mu) + np.array(latent.sigma) * noise
     steps = motion_steps(facts, document, index)
-    return [MotionWork(index, tuple(pb.tolist()), steps) for pb in pbs]
+    return [MotionWork(facts[index].name, tuple(pb.tolist()), steps) for pb in pbs]
 
 
 def reference_work(facts: Facts, document: Document, index: int) -> MotionWork | None:
@@ -144,14 +144,14 @@ def reference_work(facts: Facts, document: Document, index: int) -> MotionWork |
     if known_reference(facts, document, index) is not None:
         return None
     one, motion = facts[index], document.models[index].latent.motion
-    return MotionWork(index, tuple(one.mu[motion].tolist()), one.lengths[motion])
+    return MotionWork(one.name, tuple(one.mu[motion].tolist()), one.lengths[motion])
 
 
 def landscape_work(facts: Facts, document: Document, index: int) -> LandscapeWork:
     where = landscape_plane(facts[index], document, document.models[index])
     target = given_target(facts, document, index)
     return LandscapeWork(
-        model=index,
+        model=facts[index].name,
         center=_vector(where.center),
         directions=tuple(_vector(row) for row in where.directions),
         zero=_vector(where.zero),
@@ -190,7 +190,7 @@ def recognise_work(facts: Facts, document: Document) -> RecogniseWork | None:
     settings = run.settings
     paper, cut = settings.method == "paper", run.settled and not run.finished
     return RecogniseWork(
-        model=run.model,
+        model=facts[run.model].name,
         target=document.target,
         method=settings.method,
         observed=settings.observed,
@@ -207,7 +207,7 @@ def belief_work(facts: Facts, document: Document, entries: int) -> BeliefWork:
     assert document.target is not None
     settings = document.recognition
     return BeliefWork(
-        model=document.active,
+        model=facts[document.active].name,
         target=document.target,
         observed=settings.observed,
         joints=joint_indices(facts[document.active], settings.joints),
@@ -237,7 +237,7 @@ def export_work(
     """What is on the screen now, as a file; with the document's own options by default."""
     index = document.active
     one = facts[index]
-    motion = MotionWork(index, document.current.latent.pb, motion_steps(facts, document, index))
+    motion = MotionWork(one.name, document.current.latent.pb, motion_steps(facts, document, index))
     name = f"{one.motions[document.current.latent.motion]} {one.name}"
     return ExportWork(motion, name, document.export if options is None else options)
 

@@ -1,7 +1,8 @@
 """The work that a document can want, as plain values: equal works have equal results.
 
 A work is its own key: results are kept under it, two pages that want the same share one. What a
-work needs is all in it, so that it can be done again at any time.
+work needs is all in it, so that it can be done again at any time. `model` is a model's name: pages
+show different ones, in places of their own.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ Vector = tuple[float, ...]
 class MotionWork:
     """Closed-loop generation from one PB (eqs. 6 to 8), and what the motion asks of the robot."""
 
-    model: int
+    model: str
     pb: Vector  # (D,)
     steps: int
     # Nothing more than the motion; the safety report; the report and the motion within the limits.
@@ -35,7 +36,7 @@ class LandscapeWork:
         has the data, or the model's own reconstruction of it. With a target, `motion` is -1.
     """
 
-    model: int
+    model: str
     center: Vector  # (D,)
     directions: tuple[Vector, ...]  # A rows of (D,), A = 1 or 2 axes
     zero: Vector  # (D,) where the values on the axes are 0
@@ -56,7 +57,7 @@ class RecogniseWork:
     published one.
     """
 
-    model: int
+    model: str
     target: Target
     method: Method
     observed: float
@@ -78,7 +79,7 @@ class RecogniseWork:
 class CodebookWork:
     """The codebook of a model; it grows while it is used."""
 
-    model: int
+    model: str
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class BeliefWork:
     the codebook, so that a larger one is asked for anew.
     """
 
-    model: int
+    model: str
     target: Target
     observed: float
     joints: tuple[int, ...]
@@ -101,7 +102,7 @@ class BeliefWork:
 class StretchWork:
     """How far the motion moves for a small step from mu (core/smoothness.py)."""
 
-    model: int
+    model: str
     mu: Vector  # (D,)
 
 
@@ -109,7 +110,7 @@ class StretchWork:
 class WaysWork:
     """The straight line and the shortest way from one motion's mu to another's."""
 
-    model: int
+    model: str
     start: Vector  # (D,)
     end: Vector
 

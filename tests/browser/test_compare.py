@@ -28,7 +28,7 @@ def pair() -> Iterator[App]:
 @pytest.fixture
 def comparing(pair: App, open_explorer: Open) -> ExplorerPage:
     explorer = open_explorer(pair.url)
-    explorer.tick("Compare", on=True)
+    explorer.choose("Compare with", "deterministic")
     explorer.wait_for("part.maps[1].view !== null && part.landscapes[1].shown?.complete")
     return explorer
 
@@ -107,5 +107,5 @@ def test_a_reload_brings_the_comparison_back(pair: App, comparing: ExplorerPage)
     comparing.reload(pair)
     comparing.wait_for("part.maps[1].view !== null")
     assert comparing.plot("map-2").is_visible()
-    comparing.tick("Compare", on=False)
+    comparing.choose("Compare with", "nothing")
     comparing.page.locator("[data-board=map-2]").wait_for(state="detached")

@@ -13,7 +13,7 @@ from rnnpb_explorer.app.state.work import MotionWork, RecogniseWork
 from rnnpb_explorer.robot.safety_report import SafetyReport
 
 TARGET = Target("t", ("a", "b"), 25.0, np.zeros((10, 2), "<f4").tobytes())
-RUN = RecogniseWork(0, TARGET, "paper", 0.8, (), 0.0, "learned", 20, 2, 0)
+RUN = RecogniseWork("one", TARGET, "paper", 0.8, (), 0.0, "learned", 20, 2, 0)
 
 
 def motion(frames: int, limited: bool = False) -> MotionResult:
@@ -38,7 +38,7 @@ def trace(iterations: int) -> RecognitionTrace:
 
 
 def work(number: int) -> MotionWork:
-    return MotionWork(0, (float(number),), 100)
+    return MotionWork("one", (float(number),), 100)
 
 
 def test_equal_works_have_the_same_result() -> None:

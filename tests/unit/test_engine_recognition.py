@@ -58,7 +58,7 @@ def target_motion(model: RNNPB, frames: int = 30) -> Motion:
 
 def run_work(model: RNNPB, method: str, **changes: object) -> RecogniseWork:
     fields: dict[str, object] = {
-        "model": 0,
+        "model": "one",
         "target": target_of_motion(target_motion(model)),
         "method": method,
         "observed": 0.8,
@@ -80,7 +80,7 @@ def traces(desk: Desk, work: RecogniseWork) -> list[RecognitionTrace]:
 
 # --- codebooks ---
 def test_a_codebook_grows_is_told_of_and_kept(tiny_model: RNNPB, cache: Path) -> None:
-    told = Desk(tiny_model).results(CodebookWork(0), CODEBOOK)
+    told = Desk(tiny_model).results(CodebookWork("one"), CODEBOOK)
     assert all(isinstance(one, CodebookResult) for one in told)
     entries = [one.entries for one in told if isinstance(one, CodebookResult)]
     assert entries == sorted(entries)
@@ -90,17 +90,17 @@ def test_a_codebook_grows_is_told_of_and_kept(tiny_model: RNNPB, cache: Path) ->
     assert last.entries == last.size
     assert last.seconds > 0
     assert len(list(cache.iterdir())) == 1
-    (again,) = Desk(tiny_model).results(CodebookWork(0), CODEBOOK)
+    (again,) = Desk(tiny_model).results(CodebookWork("one"), CODEBOOK)
     assert again == CodebookResult(last.size, last.size, 0.0)
 
 
 def test_everything_else_goes_before_a_codebook(tiny_model: RNNPB) -> None:
     desk = Desk(tiny_model)
-    desk.page.want({CODEBOOK: CodebookWork(0)})
+    desk.page.want({CODEBOOK: CodebookWork("one")})
     for _ in range(3):
         desk.engine.run_one()
     desk.page.want(
-        {CODEBOOK: CodebookWork(0), RECOGNITION: run_work(tiny_model, "paper", iterations=3)}
+        {CODEBOOK: CodebookWork("one"), RECOGNITION: run_work(tiny_model, "paper", iterations=3)}
     )
     desk.told.clear()
     desk.run()
@@ -111,12 +111,12 @@ def test_everything_else_goes_before_a_codebook(tiny_model: RNNPB) -> None:
 
 def test_a_codebook_that_nobody_wants_any_more_is_gone_on_with_later(tiny_model: RNNPB) -> None:
     desk = Desk(tiny_model)
-    desk.page.want({CODEBOOK: CodebookWork(0)})
+    desk.page.want({CODEBOOK: CodebookWork("one")})
     for _ in range(4):
         desk.engine.run_one()
     desk.page.want({})
     desk.run()
-    result = desk.results(CodebookWork(0), CODEBOOK)[-1]
+    result = desk.results(CodebookWork("one"), CODEBOOK)[-1]
     assert isinstance(result, CodebookResult)
     assert result.entries == result.size
 
@@ -124,9 +124,9 @@ def test_a_codebook_that_nobody_wants_any_more_is_gone_on_with_later(tiny_model:
 # --- belief ---
 def test_the_belief_is_what_core_makes_of_it(tiny_model: RNNPB) -> None:
     desk = Desk(tiny_model)
-    desk.results(CodebookWork(0), CODEBOOK)
+    desk.results(CodebookWork("one"), CODEBOOK)
     target = target_of_motion(target_motion(tiny_model))
-    work = BeliefWork(0, target, 0.8, (0, 1), 0.2, 512)
+    work = BeliefWork("one", target, 0.8, (0, 1), 0.2, 512)
     (result,) = desk.results(work, BELIEF)
     assert isinstance(result, BeliefResult)
     book = complete_codebook(tiny_model)
@@ -274,11 +274,11 @@ def test_of_a_deterministic_model_too() -> None:
 # --- smoothness ---
 def test_stretch_and_ways_are_what_core_measures(tiny_model: RNNPB) -> None:
     mu = [tuple(row) for row in tiny_model.mu.tolist()]
-    (found,) = Desk(tiny_model).results(StretchWork(0, mu[1]), ("stretch", 0))
+    (found,) = Desk(tiny_model).results(StretchWork("one", mu[1]), ("stretch", 0))
     expected = stretch(tiny_model, tiny_model.mu[1])
     assert isinstance(found, StretchResult)
     assert found.degrees == pytest.approx(np.rad2deg(expected.largest))
-    first, last = Desk(tiny_model).results(WaysWork(0, mu[0], mu[1]), ("ways", 0))
+    first, last = Desk(tiny_model).results(WaysWork("one", mu[0], mu[1]), ("ways", 0))
     way = walk(tiny_model, straight(tiny_model.mu[0], tiny_model.mu[1]))
     best = shortest(tiny_model, tiny_model.mu[0], tiny_model.mu[1])
     assert first == WaysResult(pytest.approx(way.wander), pytest.approx(way.cliff), None)

@@ -47,6 +47,7 @@ from rnnpb_explorer.robot.safety import check_motion
 with TemporaryDirectory() as folder:
     ARM = load_robot(str(write_arm(Path(folder))))
 
+PLACES = ("one", "two")  # names of models
 TIMEOUT = 60.0  # seconds until a test that hangs has failed
 MOTION: Slot = ("motion", 0)
 LANDSCAPE: Slot = ("landscape", 0)
@@ -61,8 +62,14 @@ class Desk:
 
     def __init__(self, *models: RNNPB, data: Data | None = None, workers: int = 0) -> None:
         self.now = 0.0
-        nothing = [[None] * model.config.num_motions for model in models]
-        self.engine = Engine(models, data or nothing, ARM, workers, clock=lambda: self.now)
+        data = data or [[None] * model.config.num_motions for model in models]
+        self.engine = Engine(
+            dict(zip(PLACES, models, strict=False)),
+            dict(zip(PLACES, data, strict=False)),
+            ARM,
+            workers,
+            clock=lambda: self.now,
+        )
         self.told: list[Delivery] = []
         self.page = self.engine.open(self.told.append)
 
@@ -113,7 +120,7 @@ def expected_motion(model: RNNPB, pb: Sequence[float], steps: int) -> NDArray[np
     return motion
 
 
-WAVE = MotionWork(0, (0.1, -0.2, 0.3), 12)
+WAVE = MotionWork("one", (0.1, -0.2, 0.3), 12)
 
 
 # --- motions ---
@@ -129,7 +136,7 @@ def test_a_motion(tiny_model: RNNPB) -> None:
 
 
 def test_each_work_names_its_model(tiny_model: RNNPB) -> None:
-    (result,) = Desk(tiny_model, one_dimensional()).results(MotionWork(1, (0.5,), 12))
+    (result,) = Desk(tiny_model, one_dimensional()).results(MotionWork("two", (0.5,), 12))
     assert isinstance(result, MotionResult)
     assert result.positions.shape == (12, 2)
 
@@ -137,7 +144,7 @@ def test_each_work_names_its_model(tiny_model: RNNPB) -> None:
 @pytest.mark.parametrize("limited", [False, True])
 def test_after_a_motion_comes_what_it_asks_of_the_robot(tiny_model: RNNPB, limited: bool) -> None:
     """The motion itself never waits for it; it is limited only where that is to be seen."""
-    far = MotionWork(0, (4.0, -4.0, 4.0), 12, check="limited" if limited else "report")
+    far = MotionWork("one", (4.0, -4.0, 4.0), 12, check="limited" if limited else "report")
     first, second = Desk(tiny_model).results(far)
     assert isinstance(first, MotionResult)
     assert isinstance(second, MotionResult)
@@ -157,7 +164,7 @@ def test_motions_of_several_pages_are_generated_in_one_batch(
     tiny_model: RNNPB, generated: Generated
 ) -> None:
     desk = Desk(tiny_model)
-    works = [MotionWork(0, (0.1 * number, 0.2, 0.3), 9 + 3 * number) for number in range(3)]
+    works = [MotionWork("one", (0.1 * number, 0.2, 0.3), 9 + 3 * number) for number in range(3)]
     pages = [desk.open() for _ in works]
     for (want, _), work in zip(pages, works, strict=True):
         want({MOTION: work, ("reference", 0): replace(work, pb=(0.0, 0.0, 1.0))})
@@ -175,7 +182,7 @@ def test_a_batch_is_as_large_as_a_piece(tiny_model: RNNPB, generated: Generated)
     desk = Desk(tiny_model)
     pages = [desk.open() for _ in range(20)]
     for number, (want, _) in enumerate(pages):
-        want({MOTION: MotionWork(0, (0.1 * number, 0.2, 0.3), 140)})
+        want({MOTION: MotionWork("one", (0.1 * number, 0.2, 0.3), 140)})
     desk.run()
     assert generated == [(16, 140), (4, 140)]
 
@@ -184,7 +191,7 @@ def test_models_have_batches_of_their_own(tiny_model: RNNPB, generated: Generate
     other = deepcopy(tiny_model)
     other.weight_out *= 2.0
     desk = Desk(tiny_model, other)
-    desk.page.want({MOTION: WAVE, ("motion", 1): replace(WAVE, model=1)})
+    desk.page.want({MOTION: WAVE, ("motion", 1): replace(WAVE, model="two")})
     desk.run()
     assert generated == [(1, 12), (1, 12)]
     for told, model in zip(desk.told, (tiny_model, other), strict=True):
@@ -233,7 +240,7 @@ def test_a_pb_that_does_not_fit_costs_only_its_own_page(
 # --- landscapes ---
 def landscape_work(**changes: object) -> LandscapeWork:
     work = LandscapeWork(
-        model=0,
+        model="one",
         center=(0.1, -0.2, 0.3),
         directions=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
         zero=(0.0, 0.0, 0.0),
@@ -379,7 +386,7 @@ def test_no_piece_of_a_landscape_is_larger_than_it_may_be(
 def test_a_wider_network_has_smaller_pieces(generated: Generated) -> None:
     config = ModelConfig(num_joints=2, pb_dim=1, hidden_size=512, num_motions=2)
     model = RNNPB(config, ModelInfo(joints=("a", "b"))).eval().requires_grad_(False)
-    Desk(model).results(MotionWork(0, (0.1,), 200))
+    Desk(model).results(MotionWork("one", (0.1,), 200))
     assert len(generated) == 2
 
 
@@ -387,7 +394,7 @@ def test_a_wider_network_has_smaller_pieces(generated: Generated) -> None:
 def recognise_work(model: RNNPB, **changes: object) -> RecogniseWork:
     motion = Motion("given", model.info.joints, model.reconstruct(1, 12).numpy(), model.info.fps)
     work = RecogniseWork(
-        model=0,
+        model="one",
         target=target_of_motion(motion),
         method="paper",
         observed=0.7,
@@ -551,7 +558,7 @@ def test_a_target_too_short_to_observe_is_bad_input(tiny_model: RNNPB) -> None:
 
 
 # --- files ---
-WILD = MotionWork(0, (40.0, -40.0, 40.0), 12)
+WILD = MotionWork("one", (40.0, -40.0, 40.0), 12)
 
 
 @pytest.mark.parametrize("beyond", [False, True])
@@ -602,17 +609,17 @@ def test_a_robot_without_naoqi_gets_no_script(tiny_model: RNNPB) -> None:
 # --- all of it, on threads ---
 def test_everything_at_once_on_the_shipped_model(strong: RNNPB) -> None:
     """Three pages, real threads: what comes is what core computes, and the engine ends."""
-    nothing = [[None] * strong.config.num_motions]
-    engine = Engine((strong,), nothing, load_robot("pepper"), 2)
+    nothing = {"one": [None] * strong.config.num_motions}
+    engine = Engine({"one": strong}, nothing, load_robot("pepper"), 2)
     mu = tuple(strong.mu[2].tolist())
     positions = strong.reconstruct(2, 60).numpy()
     given = target_of_motion(Motion("given", strong.info.joints, positions))
     axes = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
-    work = LandscapeWork(0, mu, axes, (0.0,) * 4, 1.0, given, -1)
-    run = RecogniseWork(0, given, "paper", 0.8, (), 0.0, "learned", 3, 1, 0)
+    work = LandscapeWork("one", mu, axes, (0.0,) * 4, 1.0, given, -1)
+    run = RecogniseWork("one", given, "paper", 0.8, (), 0.0, "learned", 3, 1, 0)
     boxes: list[SimpleQueue[Delivery]] = [SimpleQueue() for _ in range(3)]
     for number, box in enumerate(boxes):
-        motion = MotionWork(0, (*mu[:3], 0.1 * number), 60, "report")
+        motion = MotionWork("one", (*mu[:3], 0.1 * number), 60, "report")
         engine.open(box.put).want({MOTION: motion, LANDSCAPE: work, RECOGNITION: run})
     expected = landscape(strong, positions, mu, axes=(0, 1)).correlation
     config = RecognitionConfig(iterations=3)

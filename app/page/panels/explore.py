@@ -19,6 +19,7 @@ from .text import text_lines, write
 Send = Callable[[do.Intent], None]
 
 NO_GOAL = "choose …"
+NOTHING = "nothing"
 HANDS: dict[str, Hand] = {
     "moves this model alone": "alone",
     "moves all, as far in μ": "absolute",
@@ -32,33 +33,36 @@ STEPS = 500  # of a slider from zero to its end
 class ExplorePanel:
     """Everything that moves the latent by numbers instead of by hand."""
 
-    def __init__(self, gui: viser.GuiApi, facts: Facts, send: Send) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, facts: Facts, offers: tuple[str, ...], send: Send
+    ) -> None:
         self._gui, self._facts, self._send = gui, facts, send
+        self._offers = offers
         self._active = 0  # the model whose motions are in the list
-        self._model = (
-            Bound(gui.add_dropdown("Model", [one.name for one in facts]), self._choose_model)
-            if len(facts) > 1
-            else None
+        self._model = Bound(
+            gui.add_dropdown("Model", offers, hint="loaded when it is chosen"),
+            lambda name: send(do.OpenModel(name)),
+        )
+        self._beside = Bound(
+            gui.add_dropdown(
+                "Compare with",
+                [NOTHING, *offers],
+                hint="the maps and landscapes of two models, one hand for both",
+            ),
+            self._choose_beside,
         )
         self._motion = Bound(
             gui.add_dropdown("Motion", facts[0].motions, hint="μ and σ jump to what was learnt"),
             self._choose_motion,
         )
         self._buttons()
-        self._compare = Bound(
-            gui.add_checkbox(
-                "Compare",
-                False,
-                visible=len(facts) > 1,
-                hint="the maps and landscapes of two models, one hand for both",
-            ),
-            lambda value: send(do.SetCompare(value)),
-        )
+        self._close = gui.add_button("Close", visible=False, hint="the model takes its robot along")
+        on_click(self._close, lambda: send(do.CloseModel()))
         self._hand = Bound(
             gui.add_dropdown(
                 "One hand",
                 list(HANDS),
-                visible=len(facts) > 1,
+                visible=False,
                 hint="what a drag or a μ slider does to the other models",
             ),
             lambda label: send(do.SetHand(HANDS[label])),
@@ -75,7 +79,7 @@ class ExplorePanel:
         self._mu: list[Bound] = []
         self._sigma: list[Bound] = []
         self._page: Bound | None = None
-        self._built: tuple[int, int] | None = None  # model and first dimension of the sliders
+        self._built: tuple[str, int] | None = None  # model and first dimension of the sliders
 
     def _buttons(self) -> None:
         group = self._gui.add_button_group(
@@ -94,9 +98,8 @@ class ExplorePanel:
             noise, lambda: self._send(do.NewNoise() if noise.value == "New" else do.ClearNoise())
         )
 
-    def _choose_model(self, name: str) -> None:
-        names = [one.name for one in self._facts]
-        self._send(do.SelectModel(names.index(name)))
+    def _choose_beside(self, name: str) -> None:
+        self._send(do.SetCompare(False) if name == NOTHING else do.OpenModel(name, beside=True))
 
     def _choose_motion(self, name: str) -> None:
         motions = self._facts[self._active].motions
@@ -107,30 +110,42 @@ class ExplorePanel:
         self._send(do.ShowSliders(int(label.split("–")[0]) - 1))
 
     def show(self, picture: Picture) -> None:
-        self._active = picture.active
+        self._active, self._facts = picture.active, picture.facts
         facts, latent = picture.model, picture.choice.latent
         first = picture.document.first_slider // PAGE * PAGE
-        if self._built is None or self._built[0] != picture.active:
+        if self._built is None or self._built[0] != facts.name:
             self._motion.offer(facts.motions)
-        if self._built != (picture.active, first):
+        if self._built != (facts.name, first):
             self._build_sliders(facts, first)
-            self._built = (picture.active, first)
-        if self._model is not None:
-            self._model.show(facts.name)
+            self._built = (facts.name, first)
+        self._show_models(picture)
         self._motion.show(facts.motions[latent.motion])
         hand, goal = picture.document.hand, picture.document.goal
-        self._compare.show(picture.document.compare)
         self._hand.show(next(label for label, known in HANDS.items() if known == hand))
         self._goal.offer([NO_GOAL, *facts.motions])
         self._goal.show(goal if goal in facts.motions else NO_GOAL)
         comparing = picture.document.compare
-        assign(self._goal.handle, visible=len(self._facts) > 1 and (comparing or hand == "way"))
+        several = len(self._facts) > 1
+        assign(self._hand.handle, visible=several)
+        assign(self._goal.handle, visible=several and (comparing or hand == "way"))
         write(self._smoothness, text_lines(*smoothness_lines(picture)))
         for bound, value in zip(self._mu, latent.mu[first:], strict=False):
             _show_slider(bound, value)
         for bound, value in zip(self._sigma, latent.sigma[first:], strict=False):
             _show_slider(bound, value)
         self._show_note(picture)
+
+    def _show_models(self, picture: Picture) -> None:
+        """Those on the page are offered even where the server offers them no more."""
+        document, name = picture.document, picture.model.name
+        here = [one.name for one in picture.facts]
+        offers = [*self._offers, *(one for one in here if one not in self._offers)]
+        self._model.offer(offers)
+        self._model.show(name)
+        self._beside.offer([NOTHING, *(one for one in offers if one != name)])
+        others = [here[index] for index in document.on_boards if index != picture.active]
+        self._beside.show(others[0] if others else NOTHING)
+        assign(self._close, visible=len(here) > 1, label=f"Close {name}")
 
     def _build_sliders(self, facts: ModelFacts, first: int) -> None:
         for bound in [*self._mu, *self._sigma, *([self._page] if self._page else [])]:

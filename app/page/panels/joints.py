@@ -8,7 +8,6 @@ from collections.abc import Callable
 import viser
 
 from ...state import intents as do
-from ...state.facts import Facts
 from ...state.picture import Picture
 from .bound import Bound, assign
 
@@ -37,8 +36,8 @@ def parts_of(joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
 class JointsFolder:
     """A list of parts, and a box for each joint."""
 
-    def __init__(self, gui: viser.GuiApi, facts: Facts, send: Send) -> None:
-        self._gui, self._facts, self._send = gui, facts, send
+    def __init__(self, gui: viser.GuiApi, send: Send) -> None:
+        self._gui, self._send = gui, send
         self._joints: tuple[str, ...] = ()
         self._parts: dict[str, tuple[str, ...]] = {}
         self._part = Bound(gui.add_dropdown("Observed joints", [ALL]), self._choose)

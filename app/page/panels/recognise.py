@@ -132,7 +132,7 @@ class RecognisePanel:
             "Observed", MIN_OBSERVED, 1.0, 0.05, 0.8, hint="the first part; the rest is foretold"
         )
         self._observed = self._option(observed, "observed")
-        self._joints = JointsFolder(gui, self._facts, self._send)
+        self._joints = JointsFolder(gui, self._send)
         self._init = self._option(gui.add_dropdown("Warm start", list(INITS)), "init", INITS)
         self._iterations = self._option(
             gui.add_slider("Iterations", 1, MAX_ITERATIONS, 1, 100), "iterations"
@@ -274,7 +274,7 @@ class RecognisePanel:
 
     # --- what the state says ---
     def show(self, picture: Picture) -> None:
-        self._active = picture.active
+        self._active, self._facts = picture.active, picture.facts
         document = picture.document
         self._show_target_of(document)
         self._show_settings(picture)

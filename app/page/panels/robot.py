@@ -13,7 +13,7 @@ from ....robot.formats import Format
 from ....robot.safety_report import Light
 from ...state import intents as do
 from ...state.document import ExportOptions
-from ...state.facts import Facts, ModelFacts
+from ...state.facts import ModelFacts
 from ...state.picture import Picture
 from ...state.results import CheckedMotion
 from ..words import light_words, none_matches, safety_lines
@@ -39,7 +39,7 @@ INSISTED = (
 class SafetyLight:
     """One line that is always in view; below it, what the robot lacks."""
 
-    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot) -> None:
+    def __init__(self, gui: viser.GuiApi, robot: Robot) -> None:
         self._robot = robot
         self._html = gui.add_html("")
         self._shown: tuple[object, ...] = ()
@@ -69,9 +69,8 @@ def missing_line(robot: Robot) -> str:
 class RobotPanel:
     """Safety, export, and how the joints of model and robot go together."""
 
-    def __init__(self, gui: viser.GuiApi, facts: Facts, robot: Robot, send: Send) -> None:
+    def __init__(self, gui: viser.GuiApi, robot: Robot, send: Send) -> None:
         self._robot = robot
-        self._matches = [match_joints(robot, one.joints) for one in facts]
         with gui.add_folder("Safety"):
             self._report = gui.add_html("")
             self._side_by_side = Bound(
@@ -114,7 +113,7 @@ class RobotPanel:
         self._safe.show(export.safe_posture)
         self._beyond.show(export.beyond_limits)
         checked = picture.checked or self._checked  # a new motion's comes a moment later
-        what = (checked, export, exported, picture.active)
+        what = (checked, export, exported, picture.model.name)
         if what == self._shown:  # thirty times a second
             return
         self._shown, self._checked = what, checked
@@ -122,7 +121,8 @@ class RobotPanel:
             write(self._report, report_html(checked))
             write(self._note, note_html(checked, export))
         write(self._written, text_lines(exported))
-        lines = joint_lines(self._robot, picture.model, self._matches[picture.active])
+        match = match_joints(self._robot, picture.model.joints)
+        lines = joint_lines(self._robot, picture.model, match)
         write(self._joints, text_lines(*lines))
 
 

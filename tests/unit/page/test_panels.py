@@ -49,6 +49,12 @@ from .widgets import hand, labelled
 
 ROBOT = load_robot("pepper")
 TIMEOUT = 20.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
+
+
+def offers(facts: Facts) -> tuple[str, ...]:
+    return tuple(one.name for one in facts)
+
+
 LARGEST = (make_facts(128, "vast"),)
 DETERMINISTIC = (make_facts(name="plain", stochastic=False),)
 ALL_SIZES = pytest.mark.parametrize(
@@ -142,7 +148,7 @@ def test_a_button_tells_of_a_persons_press_alone(gui: viser.GuiApi) -> None:
 def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Facts) -> None:
     sent: list[do.Intent] = []
     picture = open_screen(facts)
-    panel = ExplorePanel(gui, facts, sent.append)
+    panel = ExplorePanel(gui, facts, offers(facts), sent.append)
     panel.show(picture)
     dim = facts[0].pb_dim
     for first in range(0, dim, PAGE):
@@ -167,7 +173,7 @@ def test_every_dimension_has_sliders_page_by_page(gui: viser.GuiApi, facts: Fact
 def test_a_motion_chosen_by_name_is_the_active_models_one(gui: viser.GuiApi) -> None:
     facts = (FACTS[0], make_facts(2, "other", ("bow", "jump", "wave")))
     sent: list[do.Intent] = []
-    panel = ExplorePanel(gui, facts, sent.append)
+    panel = ExplorePanel(gui, facts, offers(facts), sent.append)
     for index, motion in ((1, 2), (0, 0)):
         panel.show(after(open_screen(facts), do.SelectModel(index)))
         sent.clear()
@@ -176,7 +182,9 @@ def test_a_motion_chosen_by_name_is_the_active_models_one(gui: viser.GuiApi) -> 
 
 
 def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
-    ExplorePanel(gui, DETERMINISTIC, lambda _: None).show(open_screen(DETERMINISTIC))
+    ExplorePanel(gui, DETERMINISTIC, offers(DETERMINISTIC), lambda _: None).show(
+        open_screen(DETERMINISTIC)
+    )
     labels = [getattr(h, "label", "") for h in gui._gui_input_handle_from_uuid.values()]
     assert "μ 1" in labels
     assert not any(str(label).startswith("σ") for label in labels)
@@ -184,7 +192,7 @@ def test_a_deterministic_model_has_no_sigma(gui: viser.GuiApi) -> None:
 
 @pytest.mark.parametrize("value", [19.9, -20.0, 7.3, 1e6, -5e5])
 def test_a_slider_widens_for_a_value_beyond_its_end(gui: viser.GuiApi, value: float) -> None:
-    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel = ExplorePanel(gui, FACTS, offers(FACTS), lambda _: None)
     panel.show(open_screen())
     panel.show(after(open_screen(), do.SetMu(0, value)))
     slider = labelled(gui, "μ 1")
@@ -194,7 +202,7 @@ def test_a_slider_widens_for_a_value_beyond_its_end(gui: viser.GuiApi, value: fl
 
 def test_the_buttons_ask_for_what_they_say(gui: viser.GuiApi) -> None:
     sent: list[do.Intent] = []
-    ExplorePanel(gui, FACTS, sent.append).show(open_screen())
+    ExplorePanel(gui, FACTS, offers(FACTS), sent.append).show(open_screen())
     for label, word in (
         *(("Go to", "Reset"), ("Go to", "Random"), ("Go to", "Undo")),
         *(("Noise ε", "New"), ("Noise ε", "None")),
@@ -210,7 +218,7 @@ def test_the_buttons_ask_for_what_they_say(gui: viser.GuiApi) -> None:
 
 
 def test_far_from_everything_learnt_the_panel_says_so(gui: viser.GuiApi) -> None:
-    panel = ExplorePanel(gui, FACTS, lambda _: None)
+    panel = ExplorePanel(gui, FACTS, offers(FACTS), lambda _: None)
     panel.show(open_screen())
     assert "Extrapolating" not in panel._note.content
     panel.show(after(open_screen(), do.SetMu(0, 15.0)))
@@ -468,7 +476,7 @@ def test_names_from_anywhere_stay_text(
     facts = (make_facts(name=name, names=names, joints=joints, data=data),)
     panels: list[Any] = [
         RecognisePanel(gui, facts, ROBOT, lambda _: None),
-        ExplorePanel(gui, facts, lambda _: None),
+        ExplorePanel(gui, facts, offers(facts), lambda _: None),
         ViewPanel(gui, lambda _: None),
     ]
     content = format_motion(named).encode()
@@ -513,7 +521,7 @@ def test_a_hand_that_is_quicker_than_the_app_finds_every_widget_ready(
         monkeypatch.setattr(kind, register, at_once(getattr(kind, register), hasty))
     picture, sent = open_screen(), Queue[do.Intent]()
     for panel in (
-        ExplorePanel(gui, FACTS, sent.put),
+        ExplorePanel(gui, FACTS, offers(FACTS), sent.put),
         RecognisePanel(gui, FACTS, ROBOT, sent.put),
         ViewPanel(gui, sent.put),
     ):

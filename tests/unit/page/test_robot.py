@@ -112,7 +112,7 @@ def test_names_from_anywhere_stay_text() -> None:
 
 
 def test_the_light_is_of_the_active_model(gui: viser.GuiApi, arm: Robot) -> None:
-    light = SafetyLight(gui, PAIR, arm)
+    light = SafetyLight(gui, arm)
     picture = checked(checked(open_screen(PAIR), unchecked=("e",)), FAST, model=1)
     light.show(picture)
     assert "nothing beyond the limits, but 1 joint not checked" in light._html.content
@@ -125,7 +125,7 @@ def test_a_robot_of_other_joints_stands_still_and_the_screen_says_so(
     gui: viser.GuiApi, arm: Robot
 ) -> None:
     facts = (make_facts(name="other", joints=("v", "w", "x", "y", "z")),)
-    light = SafetyLight(gui, facts, arm)
+    light = SafetyLight(gui, arm)
     light.show(checked(open_screen(facts), unchecked=facts[0].joints))
     assert (
         "arm stands still: it has none of the joints of other (v, w, x and 2 more)"
@@ -140,7 +140,7 @@ def test_the_screen_names_the_meshes_that_are_missing(gui: viser.GuiApi, tmp_pat
     for number in range(5):
         boxes = re.sub("<box size=[^>]*>", f'<mesh filename="m/{number}<.stl"/>', boxes, count=1)
     path.write_text(boxes.replace("<.stl", "&lt;.stl"))
-    light = SafetyLight(gui, FACTS, load_robot(str(path)))
+    light = SafetyLight(gui, load_robot(str(path)))
     light.show(checked(open_screen()))
     shown = light._html.content
     assert "5 meshes missing, joints drawn instead: 0&lt;.stl, 1&lt;.stl, " in shown
@@ -148,7 +148,7 @@ def test_the_screen_names_the_meshes_that_are_missing(gui: viser.GuiApi, tmp_pat
 
 
 def test_until_a_new_motion_is_checked_the_light_stays(gui: viser.GuiApi, arm: Robot) -> None:
-    light = SafetyLight(gui, FACTS, arm)
+    light = SafetyLight(gui, arm)
     light.show(checked(open_screen(), FAST))
     moved = answered(after(checked(open_screen(), FAST), do.SetMu(0, 0.7)))
     assert moved.checked is None
@@ -237,7 +237,7 @@ def test_what_is_on_the_screen_is_exported() -> None:
 
 
 def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Robot) -> None:
-    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    panel = RobotPanel(gui, arm, lambda _: None)
     picture = checked(open_screen(), FAST)
     panel.show(picture)
     assert "Limited in the file: a." in panel._note.content
@@ -253,7 +253,7 @@ def test_the_panel_warns_of_a_file_beyond_the_limits(gui: viser.GuiApi, arm: Rob
 def test_what_was_written_is_said_of_this_motion_and_these_options_alone(
     gui: viser.GuiApi, arm: Robot
 ) -> None:
-    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    panel = RobotPanel(gui, arm, lambda _: None)
     page = Page().compute()
     work = export_work(FACTS, page.document)
     file = Entry(work, ExportedFile("wave.csv", "a", "wave.csv: 12 frames"), done=True)
@@ -355,7 +355,7 @@ def test_a_bad_export_is_refused_in_one_line(arm: Robot, name: str) -> None:
 
 # --- joints that do not match ---
 def test_joints_without_a_match_are_named_on_the_screen(gui: viser.GuiApi, arm: Robot) -> None:
-    panel = RobotPanel(gui, FACTS, arm, lambda _: None)
+    panel = RobotPanel(gui, arm, lambda _: None)
     panel.show(open_screen())
     for line in (
         "arm: 4 of the 5 joints of the model.",

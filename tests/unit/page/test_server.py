@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 import torch
 
+from rnnpb_explorer.app.page.library import model_names
 from rnnpb_explorer.app.page.server import (
-    MAX_MODELS,
     App,
     ServerOptions,
-    describe_models,
     liveliest,
-    load_models,
-    model_names,
+    open_library,
     opening,
     start,
     unmatched_joints,
 )
 from rnnpb_explorer.app.state import intents as do
+from rnnpb_explorer.app.state.document import MAX_MODELS, Document
+from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.statecode import encode
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.errors import InputError
@@ -46,6 +46,16 @@ def checkpoint(tiny_model: RNNPB, tmp_path: Path) -> str:
 @pytest.fixture
 def options(checkpoint: str) -> ServerOptions:
     return ServerOptions(checkpoints=(checkpoint,), port=0)
+
+
+def facts_of(model: RNNPB, options: ServerOptions) -> Facts:
+    """What a server knows of this model."""
+    save_checkpoint(model, options.checkpoints[0])
+    return open_library(options).started
+
+
+def opened(options: ServerOptions) -> Document:
+    return opening(open_library(options), options)
 
 
 @pytest.fixture
@@ -164,13 +174,13 @@ def test_the_shipped_checkpoint_opens_by_default() -> None:
 @pytest.mark.parametrize("count", [0, MAX_MODELS + 1])
 def test_no_model_and_too_many_are_refused(checkpoint: str, count: int) -> None:
     with pytest.raises(InputError, match=f"from 1 to {MAX_MODELS} checkpoints, got {count}"):
-        load_models(ServerOptions(checkpoints=(checkpoint,) * count))
+        open_library(ServerOptions(checkpoints=(checkpoint,) * count))
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA device here")
 def test_a_device_that_there_is_not_is_refused(options: ServerOptions) -> None:
     with pytest.raises(InputError, match="auto or cpu will do"):
-        load_models(replace(options, device="cuda"))
+        open_library(replace(options, device="cuda"))
 
 
 def test_models_are_called_by_their_files() -> None:
@@ -181,8 +191,52 @@ def test_models_are_called_by_their_files() -> None:
     assert len(set(twice)) == 3
 
 
+# --- models that pages open ---
+def test_the_shipped_models_and_those_of_a_folder_can_be_opened(
+    options: ServerOptions, tiny_model: RNNPB, tmp_path: Path
+) -> None:
+    folder = tmp_path / "mine"
+    (folder / "published").mkdir(parents=True)
+    save_checkpoint(tiny_model, folder / "own.pt")
+    save_checkpoint(tiny_model, folder / "strong.pt")
+    save_checkpoint(tiny_model, folder / "published" / "model.tar")
+    (folder / "notes.txt").write_text("no model")
+    (folder / "elsewhere.pt").symlink_to(options.checkpoints[0])
+    library = open_library(replace(options, models=str(folder)))
+    shipped = set(shipped_checkpoints())
+    assert set(library.offers()) == shipped | {"tiny", "own", "strong (2)", "published"}
+    one, other = library.facts(["own", "strong"])
+    assert (one.name, one.motions) == ("own", ("wave", "bow", "rest"))
+    assert len(other.motions) == 72
+    assert library.facts(["own"])[0] is one  # loaded once
+    assert library.models["own"].config == tiny_model.config
+    save_checkpoint(tiny_model, folder / "later.pt")
+    assert "later" in library.offers()
+
+
+@pytest.mark.parametrize("name", ["nope", "../tiny", "mine/own", "", "/etc/passwd", "own.pt"])
+def test_a_name_is_looked_up_and_never_a_path(
+    options: ServerOptions, tiny_model: RNNPB, tmp_path: Path, name: str
+) -> None:
+    (tmp_path / "mine").mkdir()
+    save_checkpoint(tiny_model, tmp_path / "mine" / "own.pt")
+    library = open_library(replace(options, models=str(tmp_path / "mine")))
+    with pytest.raises(InputError, match=r"there are: tiny, .*own"):
+        library.facts([name])
+
+
+def test_a_file_that_is_no_model_costs_one_line(options: ServerOptions, tmp_path: Path) -> None:
+    (tmp_path / "spoilt.pt").write_bytes(b"no archive")
+    library = open_library(replace(options, models=str(tmp_path)))
+    with pytest.raises(InputError, match=r"spoilt\.pt is no checkpoint"):
+        library.facts(["spoilt"])
+    assert [one.name for one in library.facts(["tiny"])] == ["tiny"]
+    with pytest.raises(InputError, match="no folder"):
+        open_library(replace(options, models=str(tmp_path / "nowhere")))
+
+
 def test_facts_are_the_models_own(tiny_model: RNNPB, options: ServerOptions) -> None:
-    (facts,) = describe_models((tiny_model,), options)
+    (facts,) = facts_of(tiny_model, options)
     assert (facts.name, facts.pb_dim, facts.fps) == ("tiny", 3, 20.0)
     assert facts.motions == ("wave", "bow", "rest")
     assert facts.lengths == (12, 9, 15)
@@ -193,7 +247,7 @@ def test_facts_are_the_models_own(tiny_model: RNNPB, options: ServerOptions) -> 
 
 
 def test_a_model_without_names_counts_its_motions(nameless: RNNPB, options: ServerOptions) -> None:
-    (facts,) = describe_models((nameless,), options)
+    (facts,) = facts_of(nameless, options)
     assert facts.motions == ("motion 0", "motion 1", "motion 2")
     assert facts.lengths == (150, 150, 150)
 
@@ -201,7 +255,7 @@ def test_a_model_without_names_counts_its_motions(nameless: RNNPB, options: Serv
 def test_data_gives_names_lengths_and_targets(
     nameless: RNNPB, options: ServerOptions, data_folder: Path
 ) -> None:
-    (facts,) = describe_models((nameless,), replace(options, data=str(data_folder)))
+    (facts,) = facts_of(nameless, replace(options, data=str(data_folder)))
     assert facts.motions == ("bow", "rest", "unknown")
     assert facts.lengths == (9, 14, 11)
     assert [len(motion) for motion in facts.data if motion is not None] == [9, 14, 11]
@@ -210,7 +264,7 @@ def test_data_gives_names_lengths_and_targets(
 def test_data_becomes_the_target_of_motions_with_its_names(
     tiny_model: RNNPB, options: ServerOptions, data_folder: Path
 ) -> None:
-    (facts,) = describe_models((tiny_model,), replace(options, data=str(data_folder)))
+    (facts,) = facts_of(tiny_model, replace(options, data=str(data_folder)))
     assert facts.motions == ("wave", "bow", "rest")
     assert [motion and motion.name for motion in facts.data] == [None, "bow", "rest"]
     assert facts.lengths == (12, 9, 15)
@@ -224,16 +278,16 @@ def test_eye_colours_come_with_the_data(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     options = replace(options, data=str(data_folder))
-    assert describe_models((tiny_model,), options)[0].eyes == ()
+    assert facts_of(tiny_model, options)[0].eyes == ()
     track = np.zeros((9, 2, 8, 3), np.float32)
-    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", lambda path: {"bow": track})
-    assert describe_models((tiny_model,), options)[0].eyes == (None, track, None)
+    monkeypatch.setattr("rnnpb_explorer.app.page.library.load_eyes", lambda path: {"bow": track})
+    assert facts_of(tiny_model, options)[0].eyes == (None, track, None)
 
     def spoilt(path: str) -> None:
         raise InputError("7 is no intensity")
 
-    monkeypatch.setattr("rnnpb_explorer.app.page.server.load_eyes", spoilt)
-    (facts,) = describe_models((tiny_model,), options)  # the motions are as good without
+    monkeypatch.setattr("rnnpb_explorer.app.page.library.load_eyes", spoilt)
+    (facts,) = facts_of(tiny_model, options)  # the motions are as good without
     assert facts.eyes == ()
     assert facts.data[1] is not None
     assert "7 is no intensity" in caplog.text
@@ -244,13 +298,13 @@ def test_data_of_another_number_of_motions_is_refused(
 ) -> None:
     (data_folder / "unknown.csv").unlink()
     with pytest.raises(InputError, match="2 motions"):
-        describe_models((nameless,), replace(options, data=str(data_folder)))
+        facts_of(nameless, replace(options, data=str(data_folder)))
 
 
 def test_joints_that_the_robot_lacks_are_named_in_one_line(
     tiny_model: RNNPB, options: ServerOptions
 ) -> None:
-    facts = describe_models((tiny_model,), options)
+    facts = facts_of(tiny_model, options)
     (line,) = unmatched_joints(load_robot("pepper"), facts)
     assert "tiny" in line
     assert "pepper stands still" in line
@@ -262,31 +316,31 @@ def test_joints_that_the_robot_lacks_are_named_in_one_line(
 def test_it_opens_with_a_motion_by_name_or_index(
     tiny_model: RNNPB, options: ServerOptions, motion: str | None, index: int
 ) -> None:
-    facts = describe_models((tiny_model,), options)
-    document = opening(facts, tiny_model, replace(options, motion=motion, seed=7))
+    facts_of(tiny_model, options)
+    document = opened(replace(options, motion=motion, seed=7))
     assert document.current.latent.motion == index
     assert document.seed == 7
 
 
 def test_a_motion_that_there_is_not_is_refused(tiny_model: RNNPB, options: ServerOptions) -> None:
-    facts = describe_models((tiny_model,), options)
+    facts_of(tiny_model, options)
     for motion in ("jump", "3", "-1", ""):
         with pytest.raises(InputError):
-            opening(facts, tiny_model, replace(options, motion=motion))
+            opened(replace(options, motion=motion))
 
 
 def test_a_name_that_came_with_the_data_opens_as_well(
     nameless: RNNPB, options: ServerOptions, data_folder: Path
 ) -> None:
     options = replace(options, data=str(data_folder), motion="rest")
-    facts = describe_models((nameless,), options)
-    assert opening(facts, nameless, options).current.latent.motion == 1
+    facts_of(nameless, options)
+    assert opened(options).current.latent.motion == 1
 
 
 @pytest.mark.parametrize("frame", [0, 3, 11])
 def test_it_opens_paused_at_a_frame(tiny_model: RNNPB, options: ServerOptions, frame: int) -> None:
-    facts = describe_models((tiny_model,), options)
-    playback = opening(facts, tiny_model, replace(options, frame=frame)).playback
+    facts_of(tiny_model, options)
+    playback = opened(replace(options, frame=frame)).playback
     assert not playback.playing
     assert playback.phase == pytest.approx(frame / 11)
 
@@ -295,23 +349,23 @@ def test_it_opens_paused_at_a_frame(tiny_model: RNNPB, options: ServerOptions, f
 def test_a_frame_that_there_is_not_is_refused(
     tiny_model: RNNPB, options: ServerOptions, frame: int
 ) -> None:
-    facts = describe_models((tiny_model,), options)
+    facts_of(tiny_model, options)
     with pytest.raises(InputError, match="0 to 11"):
-        opening(facts, tiny_model, replace(options, frame=frame))
+        opened(replace(options, frame=frame))
 
 
 def test_it_opens_with_a_state_code(tiny_model: RNNPB, options: ServerOptions) -> None:
-    facts = describe_models((tiny_model,), options)
-    document = opening(facts, tiny_model, options)
+    facts = facts_of(tiny_model, options)
+    document = opened(options)
     given = make_target(20, joints=facts[0].joints)
     document = after(facts, document, do.SelectMotion(2), do.SetMu(0, 0.625), do.SetTarget(given))
-    assert opening(facts, tiny_model, replace(options, state_code=encode(document))) == document
+    assert opened(replace(options, state_code=encode(document))) == document
     with pytest.raises(InputError):
-        opening(facts, tiny_model, replace(options, state_code="nonsense"))
+        opened(replace(options, state_code="nonsense"))
 
 
-def test_it_opens_with_the_liveliest_motion(tiny_model: RNNPB) -> None:
-    facts = describe_models((tiny_model,), ServerOptions(checkpoints=("tiny.pt",)))[0]
+def test_it_opens_with_the_liveliest_motion(tiny_model: RNNPB, options: ServerOptions) -> None:
+    facts = facts_of(tiny_model, options)[0]
     rated = {
         name: MotionLabel("", arousal=arousal)
         for name, arousal in zip(facts.motions, (0.2, 0.9, None), strict=True)

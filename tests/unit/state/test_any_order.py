@@ -83,7 +83,8 @@ back = st.sampled_from([do.Undo(), do.Redo()])
 def trace_of(facts: Facts, work: RecogniseWork) -> RecognitionTrace:
     """What this work comes to, the same every time; its mu leave the window, and its sigma grow."""
     random = np.random.default_rng(work.seed)
-    shape = (work.iterations + 1, work.trials, facts[work.model].pb_dim)
+    model = next(one for one in facts if one.name == work.model)
+    shape = (work.iterations + 1, work.trials, model.pb_dim)
     loss = random.random(shape[:2])[1:]
     loss[::7] = math.nan
     path = random.normal(size=shape).cumsum(axis=0)

@@ -342,10 +342,10 @@ def test_smoothness_is_wanted_of_both_where_they_are_compared() -> None:
     assert not {"stretch", "ways"} & {slot for slot, _ in wanted(TOGETHER, opened(TOGETHER))}
     document = opened(TOGETHER, do.SetCompare(True))
     works = wanted(TOGETHER, document)
-    assert works["stretch", 1] == StretchWork(1, document.models[1].latent.mu)
+    assert works["stretch", 1] == StretchWork("two", document.models[1].latent.mu)
     assert ("ways", 0) not in works
     works = wanted(TOGETHER, after(TOGETHER, document, do.SetGoal("rest")))
-    assert works["ways", 1] == WaysWork(1, tuple(10 * MU[0]), tuple(10 * MU[2]))
+    assert works["ways", 1] == WaysWork("two", tuple(10 * MU[0]), tuple(10 * MU[2]))
     nowhere = after(TOGETHER, document, do.SetGoal("wave"))  # it is there already
     assert ("ways", 0) not in wanted(TOGETHER, nowhere)
 
