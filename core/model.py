@@ -105,11 +105,11 @@ class RNNPB(nn.Module):
 
         The previous output is a linear function of the hidden state, so feeding it back is part of
         an ordinary recurrence with folded weights, W_hidden + W_frame W_out, whose only input is
-        the constant PB. That lets one fused kernel run the whole sequence. The first step stands
+        the PB. That lets one fused kernel run the whole sequence. The first step stands
         apart: its previous frame is 0, not the read-out of a hidden state.
 
         Args:
-            pb: (B, D), one PB a sequence.
+            pb: (B, D), one PB a sequence; or (T, B, D), one a frame.
             steps: T, frames to generate, at least 1.
 
         Returns:
@@ -121,7 +121,8 @@ class RNNPB(nn.Module):
     def generate_in_parts(self, pb: Tensor, steps: int, at_once: int) -> Iterator[Tensor]:
         """The same as parts (B, t, J) of at most `at_once` frames, one after the other."""
         hidden = self.config.hidden_size
-        gates = pb @ self.weight_pb.T + self.bias  # (B, 4H); x_0 = h_0 = 0
+        pb = pb.expand(steps, -1, -1)  # (T, B, D)
+        gates = pb[0] @ self.weight_pb.T + self.bias  # (B, 4H); x_0 = h_0 = 0
         i, _, g, o = gates.split(hidden, dim=-1)
         c = torch.sigmoid(i) * torch.tanh(g)  # c_0 = 0: nothing to forget
         h = torch.sigmoid(o) * torch.tanh(c)  # (B, H)
@@ -133,11 +134,12 @@ class RNNPB(nn.Module):
             torch.zeros_like(self.bias),
         )
         for first in range(0, steps, at_once):
-            count = min(at_once, steps - first) - (first == 0)
+            start = max(first, 1)  # the first frame is there
+            count = min(first + at_once, steps) - start
             if count:
                 # What nn.LSTM calls, without a module: several threads may generate at once.
                 rest, h_n, c_n = torch.lstm(
-                    pb.expand(count, -1, -1).contiguous(),  # (t, B, D)
+                    pb[start : start + count].contiguous(),  # (t, B, D)
                     state,
                     folded,
                     has_biases=True,

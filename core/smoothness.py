@@ -33,14 +33,13 @@ from torch import Tensor
 from .batching import chunks
 from .model import RNNPB
 from .recognition_lm import jacobian_parts
+from .walk import RISE, STEPS, Walk
 
-STEPS = 40  # of a straight line
 FRAMES = 120  # of the motions that are compared
 WAVES = 6  # half-waves of a curve between its ends; more bend sharper
 CURVE_STEPS = 24  # of a curve, while it is sought
 ITERATIONS, RATE = 60, 0.03  # of its descent
 LOOK = 5  # iterations between two looks at its length
-RISE = 1e-6  # radians; below it two motions are the same
 
 Array = NDArray[np.float64]
 
@@ -51,38 +50,6 @@ class Stretch:
 
     largest: float
     condition: float
-
-
-@dataclass(frozen=True, eq=False)
-class Walk:
-    """A way through the latent space, S steps.
-
-    pbs: (S + 1, D). steps: (S,) root mean square changes of the motion, in radians.
-    """
-
-    pbs: Array
-    steps: Array
-    distance: float  # of the motions at its ends
-
-    @property
-    def length(self) -> float:
-        """Of the way of the motion, in radians."""
-        return float(self.steps.sum())
-
-    @property
-    def wander(self) -> float:
-        """NaN where both ends are the same motion."""
-        return self.length / self.distance if self.distance > RISE else float("nan")
-
-    @property
-    def cliff(self) -> float:
-        mean = float(self.steps.mean())
-        return float(self.steps.max()) / mean if mean > RISE / len(self.steps) else float("nan")
-
-    @property
-    def steepest(self) -> int:
-        """The step with the largest change, from 0."""
-        return int(self.steps.argmax())
 
 
 @torch.no_grad()

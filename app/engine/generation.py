@@ -14,6 +14,7 @@ import torch
 from numpy.typing import NDArray
 
 from ...core.model import RNNPB
+from ...core.walk import morph
 from ..state.work import Vector
 from .job import Task
 
@@ -40,10 +41,16 @@ def _piece(model: RNNPB) -> int:
 
 
 class Generation(Task):
-    """The motion of one PB; its `positions` (T, J) are there when the round is over."""
+    """The motion of one PB; its `positions` (T, J) are there when the round is over.
 
-    def __init__(self, model: RNNPB, pb: Vector, steps: int) -> None:
-        self._model, self._pb, self._steps = model, pb, steps
+    Args:
+        along: PBs that it goes along instead (core/walk.py).
+    """
+
+    def __init__(
+        self, model: RNNPB, pb: Vector, steps: int, along: tuple[Vector, ...] = ()
+    ) -> None:
+        self._model, self._pb, self._steps, self._along = model, pb, steps, along
         self._at_once = frames_at_once(model, 1, steps)
         self.positions: NDArray[np.float32]
         super().__init__(self._in_parts())
@@ -51,7 +58,7 @@ class Generation(Task):
     def joins(self, batch: Sequence[Task]) -> bool:
         """Those of the same model, as long as together they are one piece."""
         motions = [task for task in batch if isinstance(task, Generation)]
-        if not motions:
+        if not motions or any(task._along for task in (self, *motions)):
             return False
         longest = max(self._steps, *(task._steps for task in motions))
         return all(task._model is self._model for task in motions) and longest <= frames_at_once(
@@ -60,7 +67,7 @@ class Generation(Task):
 
     def step(self, riders: Sequence[Task] = ()) -> bool:
         batch = [self, *(task for task in riders if isinstance(task, Generation))]
-        if self._at_once < self._steps:
+        if self._along or self._at_once < self._steps:
             return super().step()
         with torch.inference_mode():
             motions = self._model.generate(
@@ -72,14 +79,17 @@ class Generation(Task):
 
     @torch.inference_mode()
     def _in_parts(self) -> Iterator[None]:
-        """A motion too long for one piece."""
+        """A motion too long for one piece, or whose PB moves."""
         parts: list[torch.Tensor] = []
-        pb = _tensor(self._model, [self._pb])
+        if self._along:
+            pb = _tensor(self._model, morph(np.array(self._along), self._steps)[:, None].tolist())
+        else:
+            pb = _tensor(self._model, [self._pb])
         for part in self._model.generate_in_parts(pb, self._steps, self._at_once):
             parts.append(part[0].cpu())
             yield
         self.positions = torch.cat(parts).numpy()
 
 
-def _tensor(model: RNNPB, pbs: Sequence[Vector]) -> torch.Tensor:
+def _tensor(model: RNNPB, pbs: Sequence[object]) -> torch.Tensor:
     return torch.tensor(pbs, dtype=model.mu.dtype, device=model.mu.device)

@@ -16,7 +16,7 @@ from .sources import Sources
 
 def motion(work: MotionWork, sources: Sources) -> Steps:
     """The motion first: its check comes as a piece of its own."""
-    generation = Generation(sources.models[work.model], work.pb, work.steps)
+    generation = Generation(sources.models[work.model], work.pb, work.steps, work.along)
     yield Round(Priority.MOTION, [generation], finish=True)
     positions = generation.positions
     yield Stage(MotionResult(positions), done=work.check == "no")

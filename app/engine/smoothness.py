@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import torch
 
-from ...core.smoothness import Stretch, Walk, shortest_pieces, stretch_pieces
+from ...core.smoothness import Stretch, shortest_pieces, stretch_pieces
+from ...core.walk import Walk
 from ..state.results import StretchResult, WaysResult
 from ..state.work import StretchWork, WaysWork
 from .job import Last, Priority, Round, Stage, Steps, Task
@@ -25,23 +26,22 @@ def stretch_here(work: StretchWork, sources: Sources) -> Steps:
 
 
 def ways(work: WaysWork, sources: Sources) -> Steps:
-    """The straight line's wander and cliff at once, its detour when a shorter way was sought."""
+    """The straight line at once, the shortest way as it is found."""
     model = sources.models[work.model]
     pieces = shortest_pieces(model, torch.tensor(work.start), torch.tensor(work.end))
     first = _Next(pieces)
     yield Round(Priority.SMOOTHNESS, [first])
     straight = best = first.result
     assert straight is not None
-    yield Stage(WaysResult(straight.wander, straight.cliff, None), done=False)
+    assert best is not None
+    yield Stage(WaysResult(straight, best, sought=False), done=False)
     while True:
         further = _Next(pieces)
         yield Round(Priority.SMOOTHNESS, [further])
         if further.result is None:
             break
         best = further.result
-    assert best is not None
-    detour = straight.length / best.length if best.length else float("nan")
-    yield Stage(WaysResult(straight.wander, straight.cliff, detour), done=True)
+    yield Stage(WaysResult(straight, best, sought=True), done=True)
 
 
 class _Next(Task):

@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Meta
 
 from ...core.errors import InputError
+from ...core.walk import STEPS
 from ..state.document import Zoom
 
 MAX_DOCUMENT = 900_000  # characters: a state code with the longest upload in it
@@ -101,6 +102,12 @@ class SelectAdded(Asked, frozen=True, tag=True):
     index: Annotated[int, Meta(ge=0, lt=1_000)]
 
 
+class WalkTo(Asked, frozen=True, tag=True):
+    """step: of the way to the goal."""
+
+    step: Annotated[int, Meta(ge=0, le=STEPS)]
+
+
 class SetPlaying(Asked, frozen=True, tag=True):
     """frame: where playback was when it was started or stopped."""
 
@@ -176,6 +183,7 @@ ByHand = (
     | MoveOnLandscape
     | SelectMotion
     | SelectAdded
+    | WalkTo
     | SetPlaying
     | Seek
     | SetSpeed

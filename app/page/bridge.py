@@ -65,6 +65,11 @@ def board_html(board: Literal["map", "landscape"], slots: int = 1) -> str:
     return f'<div style="display:flex;gap:6px">{"".join(places)}</div>'
 
 
+def place_html(name: str, height: int) -> str:
+    """A place in a panel for one of the browser's own parts, so many pixels high."""
+    return f'<div id="rnnpb-{name}" style="height:{height}px;margin:0 0.75em"></div>'
+
+
 class Bridge:
     """One page.
 

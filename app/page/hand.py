@@ -20,6 +20,8 @@ def intent_of(word: asked.ByHand, picture: Picture) -> do.Intent:
             return do.SelectMotion(index, model)
         case asked.SelectAdded(index):
             return do.SelectAdded(index)
+        case asked.WalkTo(step):
+            return do.WalkTo(step)
         case asked.SetPlaying(playing, frame):
             return do.SetPlaying(playing, frame)
         case asked.Seek(frame):

@@ -104,8 +104,11 @@ def robot_names(picture: Picture) -> list[str]:
     for part in cast:
         name = picture.facts[part.model].name
         if part.motion == "target":
-            name = "target"
-        elif both and part.model == picture.active:
+            names.append("target")
+            continue
+        if both and part.model == picture.active:
             name += ", limited" if part.motion == "limited" else ", raw"
+        if picture.document.ghosts and not picture.facts[part.model].stochastic:
+            name += ": no σ, no samples"
         names.append(name)
     return names

@@ -37,6 +37,7 @@ from .views import (
     path_shown,
     playback_shown,
     puck_shown,
+    ways_shown,
 )
 
 PANEL_WIDTH = 320  # pixels
@@ -156,6 +157,8 @@ class Screen:
             "curves",
             (
                 picture.model.name,
+                tuple(picture.facts[index].name for index in document.on_boards),
+                document.ghosts,
                 document.joint,
                 given_target(picture.facts, document, picture.active) or picture.reference(),
                 document.recognition.observed,
@@ -188,6 +191,8 @@ class Screen:
         self._put(f"map {slot}", points, lambda: map_shown(picture, slot))
         puck = (*axes, latent, picture.posterior, self.heard)
         self._put(f"puck {slot}", puck, lambda: puck_shown(picture, self.heard, slot))
+        ways = (picture.ways(picture.active), document.walk, document.goal, latent.motion)
+        self._put(f"ways {slot}", (*active, *ways), lambda: ways_shown(picture, slot))
         self._put(f"cloud {slot}", (*active, picture.belief), lambda: cloud_shown(picture, slot))
         if landscape is not None:
             what = (landscape[1], picture.landscape_complete, latent.motion, document.use_target)
@@ -231,6 +236,8 @@ class Screen:
         if motion is None:
             return
         facts, document, model = picture.facts, picture.document, part.model
+        generated = part.motion == "generated" and model in document.on_boards
+        slot = document.on_boards.index(model) if generated else None
         if ghosts and len(ghosts[0]) != len(motion):
             ghosts = ()  # of another motion
 
@@ -244,15 +251,24 @@ class Screen:
                 facts[model].fps,
                 _rgb(eyes),
                 np.stack(ghosts) if ghosts else None,
-                samples=document.ghosts,
+                samples=document.ghosts and document.walk is None,
                 ends=part.motion == "target" and not document.revealed,
+                slot=slot,
             )
 
         of_eyes = (facts[model].name, document.eyes, given_target(facts, document, model))
         what = (motion,) if follows_from is None else follows_from
         self._put(
             f"motion {robot}",
-            (part, *what, *ghosts, *of_eyes, document.models[model].latent.motion),
+            (
+                part,
+                slot,
+                *what,
+                *ghosts,
+                *of_eyes,
+                document.walk is None,
+                document.models[model].latent.motion,
+            ),
             shown,
         )
 

@@ -88,6 +88,7 @@ class MotionShown(Shown):
     eyes: (T, 3 * segments) uint8 RGB. ghosts: (K, T, J) shown translucent around it. samples: these
     are samples of one belief, whose envelope is a band.
     ends: whether the robot is gone after its last frame, instead of resting there.
+    slot: of the boards whose model generated it; None for other motions.
     """
 
     robot: int
@@ -98,6 +99,7 @@ class MotionShown(Shown):
     ghosts: Array | None = None
     samples: bool = False
     ends: bool = False
+    slot: int | None = None
 
     @property
     def key(self) -> str:
@@ -214,6 +216,25 @@ class PathShown(OnBoards):
 
 
 @dataclass(frozen=True, eq=False)
+class WaysShown(OnBoards):
+    """Two ways from one motion to another, S steps each; nothing where `straight` is None.
+
+    title: of the model. straight, shortest: (S + 1, 2) on the map. changes, shortest_changes: (S,)
+    degrees that the motion changes in each step. steepest: of the straight line, from 0. at: the
+    step at which the models stand. shares: (T,) how far along a morph is in each frame, 0 to 1.
+    """
+
+    title: str
+    straight: Array | None = None
+    shortest: Array | None = None
+    changes: Array | None = None
+    shortest_changes: Array | None = None
+    steepest: int = 0
+    at: int | None = None
+    shares: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class CloudShown(OnBoards):
     """The belief over M entries of a codebook while S kept frames come in; nothing where M is 0.
 
@@ -235,12 +256,14 @@ class CloudShown(OnBoards):
 
 @dataclass(frozen=True, eq=False)
 class CurvesShown(Shown):
-    """What the time bar draws beside the first robot's motion.
+    """What the time bar draws beside the motions of the models on the boards.
 
     names: (J,) joints. joint: the one that is drawn, None for all. reference: (T', J) dashed,
     NaN where it is hidden. unseen: (J,) whether a joint is inferred, not observed.
     low, high: (T, J) a band; None takes that of the motion's samples. observed: share of the
     reference that was observed, None without a handle for it.
+    models: (M,) what the curves of each slot are called. columns: (M, J) where these joints are in
+    each slot's motion. active: the slot that all else is of.
     """
 
     names: tuple[str, ...]
@@ -250,6 +273,9 @@ class CurvesShown(Shown):
     high: Array | None = None
     unseen: Array | None = None
     observed: float | None = None
+    models: tuple[str, ...] = ()
+    columns: Array | None = None
+    active: int = 0
 
 
 @dataclass(frozen=True, eq=False)

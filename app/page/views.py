@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ...core.walk import morph_shares
+from ..state.document import Document
 from ..state.facts import Array, ModelFacts
 from ..state.on_recognition import shown_iteration
 from ..state.picture import Picture
@@ -19,6 +21,7 @@ from .shown import (
     PathShown,
     PlaybackShown,
     PuckShown,
+    WaysShown,
 )
 from .words import target_label, window_label
 
@@ -167,6 +170,27 @@ def path_shown(picture: Picture, slot: int = 0) -> PathShown:
     )
 
 
+def ways_shown(picture: Picture, slot: int = 0) -> WaysShown:
+    """The ways from the active model's selected motion to the goal."""
+    facts, document = picture.model, picture.document
+    ways = picture.ways(picture.active)
+    if ways is None:
+        return WaysShown(facts.name, slot=slot)
+    axes, walk = list(document.map_axes), document.walk
+    frames = motion_steps(picture.facts, document, picture.active)
+    return WaysShown(
+        title=facts.name,
+        straight=_flat(facts.latent_map.project(ways.straight.pbs)[:, axes]),
+        shortest=_flat(facts.latent_map.project(ways.shortest.pbs)[:, axes]),
+        changes=np.rad2deg(ways.straight.steps),
+        shortest_changes=np.rad2deg(ways.shortest.steps),
+        steepest=ways.straight.steepest,
+        at=walk if isinstance(walk, int) else None,
+        shares=morph_shares(frames) if walk == "morph" else None,
+        slot=slot,
+    )
+
+
 def cloud_shown(picture: Picture, slot: int = 0) -> CloudShown:
     """The belief over the active model's codebook; nothing where there is none."""
     facts, axes = picture.model, list(picture.document.map_axes)
@@ -193,8 +217,10 @@ def cloud_shown(picture: Picture, slot: int = 0) -> CloudShown:
 
 
 def curves_shown(picture: Picture) -> CurvesShown:
-    """What the time bar draws beside the active model's motion."""
+    """What the time bar draws beside the motions of the models on the boards."""
     facts, document = picture.model, picture.document
+    there = [picture.facts[index] for index in document.on_boards]
+    columns = [[one.joints.index(joint) for joint in facts.joints] for one in there]
     reference, seen = picture.reference(), picture.seen_target
     if reference is not None and seen is not None:
         reference = np.pad(
@@ -215,6 +241,16 @@ def curves_shown(picture: Picture) -> CurvesShown:
         joint=facts.joints.index(document.joint) if document.joint in facts.joints else None,
         reference=reference,
         observed=None if seen is None else document.recognition.observed,
+        models=tuple(_curve_name(one, document) for one in there),
+        columns=np.array(columns, dtype=np.int32),
+        active=document.on_boards.index(picture.active),
+    )
+
+
+def _curve_name(facts: ModelFacts, document: Document) -> str:
+    """A model without sigma has no band, and says so where one is looked for."""
+    return (
+        facts.name if facts.stochastic or not document.ghosts else f"{facts.name} (σ = 0, no band)"
     )
 
 

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.verdict import MEANING, explained_words
+from ...core.walk import STEPS
 from ...core.windows import WINDOW_RADIUS
 from ...robot.description import Robot, some_names
 from ...robot.safety_report import SafetyReport, Violation
 from ..state.document import Document
 from ..state.facts import ModelFacts
 from ..state.picture import Picture
+from ..state.results import StretchResult
 from ..state.wanted import given_target, joint_indices
 
 MOST_LINES = 4  # of faults, or of joints
@@ -172,23 +174,54 @@ def joints_line(document: Document, facts: ModelFacts) -> str:
 
 
 # --- models side by side ---
-def smoothness_lines(picture: Picture) -> list[str]:
-    """How smooth each of two models is: where its puck is, and on the way to the goal."""
-    if not picture.document.compare:
+def smoothness_table(picture: Picture) -> list[list[str]]:
+    """How smooth each model is: where its puck is, and on the way to the goal; rows of cells.
+
+    Nothing where neither is asked for.
+    """
+    document = picture.document
+    there = [picture.of(index) for index in document.on_boards]
+    goal = any(one.ways_wanted for one in there)
+    if not (document.compare or goal):
         return []
-    lines = []
-    for index in picture.document.on_boards:
-        facts, stretch, ways = picture.facts[index], picture.stretch(index), picture.ways(index)
-        parts = []
-        if stretch is not None:
-            per_sd = stretch.degrees * facts.mu_sd
-            parts.append(f"stretch here {stretch.degrees:.1f}° a unit of μ, {per_sd:.1f}° a sd")
-        if ways is not None:
-            detour = "…" if ways.detour is None else f"{ways.detour:.2f}"
-            goal = picture.document.goal
-            parts.append(
-                f"to {goal}: wander {ways.wander:.1f}, cliff {ways.cliff:.1f}, detour {detour}"
-            )
-        if parts:
-            lines.append(f"{facts.name}: {'; '.join(parts)}")
-    return lines
+    rows = [["", *(one.model.name for one in there)]]
+    if document.compare:
+        values = [one.landscape[1] if one.landscape else None for one in there]
+        window = "±1" if document.window == "absolute" else f"±{WINDOW_RADIUS['sd']} sd"
+        for name in ("mean", "area", "roughness"):
+            digits = 3 if name == "roughness" else 2
+            cells = [_number(None if one is None else getattr(one, name), digits) for one in values]
+            rows.append([f"{name}, {window}", *cells])
+    stretches = [(one.model, picture.stretch(one.active)) for one in there]
+    rows.append(["stretch, °/unit of μ", *(_stretch(found, 1.0) for _, found in stretches)])
+    rows.append(
+        ["stretch, °/sd of μ", *(_stretch(found, model.mu_sd) for model, found in stretches)]
+    )
+    if goal:
+        ways = [picture.ways(one.active) for one in there]
+        rows.append(["wander", *(_number(one.straight.wander if one else None, 1) for one in ways)])
+        rows.append(
+            ["detour", *(_number(one.detour if one and one.sought else None) for one in ways)]
+        )
+        rows.append(["cliff", *(_number(one.straight.cliff if one else None, 1) for one in ways)])
+    return rows
+
+
+def _stretch(found: StretchResult | None, sd: float) -> str:
+    return _number(None if found is None else found.degrees * sd, 1)
+
+
+def _number(value: float | None, digits: int = 2) -> str:
+    """NaN: it has no value; None: it is not there yet."""
+    return "…" if value is None else "–" if np.isnan(value) else f"{value:.{digits}f}"
+
+
+def way_line(picture: Picture) -> str:
+    """What walks where."""
+    document = picture.document
+    if document.walk is None:
+        return "Click on the curve, or move the step, to walk from the one motion to the other."
+    start = picture.model.motions[picture.choice.latent.motion]
+    morphs = document.walk == "morph"
+    what = f"{start} becomes {document.goal}" if morphs else f"Step {document.walk} of {STEPS}"
+    return f"{what}: the robot on the straight line, its ghost on the shortest way found."

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.belief import ERROR_SCALE, LEAST_SCALE, MOST_SCALE
 from ...core.motion import MAX_FRAMES, Motion, check_length
 from ...core.recognition_run import Init, Method
+from ...core.walk import STEPS
 from ...core.windows import Window
 from ...robot.formats import Format
 
@@ -245,6 +246,8 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     pair: tuple[Count, Count] = (0, 1)  # whose
     hand: Hand = "alone"
     goal: Name = ""  # the learned motion at the end of a way that begins at the selected one
+    # The step of that way at which the models stand, or the whole way as one motion.
+    walk: Annotated[int, Meta(ge=0, le=STEPS)] | Literal["morph"] | None = None
     first_slider: Annotated[int, Meta(ge=0, le=127)] = 0  # dimension of the first pair of sliders
     side_by_side: bool = False  # the limited motion on a second robot
     ghosts: bool = False  # samples from N(mu, sigma^2) around the robot

@@ -65,6 +65,8 @@ def gesture_of(intent: do.Intent) -> str:
             return f"option {intent.name}"
         case do.SetErrorScale():
             return "error scale"
+        case do.WalkTo(int()):
+            return "walk"
         case do.ScrubRecognition():
             return "scrub"
         case _:

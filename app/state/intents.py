@@ -83,6 +83,13 @@ class ClearNoise:
     """epsilon = 0: the motion at mu itself."""
 
 
+@dataclass(frozen=True)
+class WalkTo:
+    """To a step of the way to the goal, or the whole way as one motion; None: neither."""
+
+    to: int | Literal["morph"] | None
+
+
 LatentIntent = (
     SelectModel
     | SelectMotion
@@ -94,6 +101,7 @@ LatentIntent = (
     | RandomiseLatent
     | NewNoise
     | ClearNoise
+    | WalkTo
 )
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import assert_never
+from typing import Literal, assert_never
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import ArrayLike, NDArray
 
+from ...core.walk import STEPS
 from . import intents as do
 from .document import MAX_COUNT, Document, Latent, vector
 from .facts import Facts, ModelFacts
@@ -20,6 +21,7 @@ from .planes import (
     moved_on_landscape,
     valid_axes,
 )
+from .wanted import way_ends
 
 
 def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> Document:
@@ -60,6 +62,8 @@ def update_latent(facts: Facts, document: Document, intent: do.LatentIntent) -> 
             return _move(document, epsilon=random.standard_normal(one.pb_dim))
         case do.ClearNoise():
             return _move(document, epsilon=np.zeros(one.pb_dim))
+        case do.WalkTo(to):
+            return _walk_to(facts, document, to)
         case do.SetMu() | do.SetSigma():
             return document
         case _:
@@ -141,6 +145,24 @@ def _on_way(
     start, end = facts.mu[motion], facts.mu[facts.motions.index(goal)]
     mu: NDArray[np.float64] = start + share * (end - start)
     return mu
+
+
+def _walk_to(facts: Facts, document: Document, to: int | Literal["morph"] | None) -> Document:
+    """All models that know both ends stand there, without noise; at the start of a morph."""
+    if to is None:
+        return replace(document, walk=None)
+    if way_ends(facts[document.active], document, document.current.latent.motion) is None:
+        return document
+    if to != "morph" and not 0 <= to <= STEPS:
+        return document
+    document = end_run(document, by_hand=True)
+    for index, one in enumerate(facts):
+        latent = document.models[index].latent
+        mu = _on_way(one, document.goal, latent.motion, 0.0 if to == "morph" else to / STEPS)
+        if mu is not None:
+            latent = replace(latent, mu=vector(mu), epsilon=(0.0,) * one.pb_dim)
+            document = put_latent(document, index, latent)
+    return replace(document, walk=to)
 
 
 def put_latent(

@@ -19,6 +19,7 @@ def open_model(facts: Facts, document: Document, newcomer: ModelFacts, *, beside
     Raises:
         InputError: it cannot be compared with the active one, or there are too many on the page.
     """
+    document = replace(document, walk=None)
     names = [one.name for one in facts]
     if not beside:
         if newcomer.name in names:
@@ -47,7 +48,7 @@ def close_model(facts: Facts, document: Document) -> Document:
     gone = document.active
     if len(facts) == 1:
         return document
-    document = end_run(document)
+    document = replace(end_run(document), walk=None)
     left = [index for index in range(len(facts)) if index != gone]
     moved = {old: new for new, old in enumerate(left)}
     run = document.run

@@ -103,7 +103,7 @@ def _start(facts: Facts, document: Document) -> Document:
         raise InputError(f"{settings.observed:.0%} of {target.name} leaves no frame to observe")
     seed = (document.seed + document.draws) % (MAX_COUNT + 1)
     run = Run(document.active, settings, seed, until=1 if settings.slow else None)
-    document = replace(count_draw(document), run=run, use_target=True, revealed=False)
+    document = replace(count_draw(document), run=run, use_target=True, revealed=False, walk=None)
     if settings.method == "live":  # the motion begins to arrive now
         playback = replace(document.playback, playing=True, phase=0.0, speed=1.0)
         document = replace(document, playback=playback)
@@ -143,6 +143,8 @@ def follow(facts: Facts, document: Document, trace: RecognitionTrace) -> Documen
     run = document.run
     if run is None or trace.iterations < 1:
         return document
+    if run.settings.method == "paper":  # the same run may have been wanted longer
+        trace = trace.first(run.settings.iterations)
     if trace.iterations < run.done or (run.finished and not _came_to_its_end(run, trace)):
         return document  # a run that comes back is computed once more; until then all stays
     if not run.settled:

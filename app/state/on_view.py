@@ -71,7 +71,7 @@ def update_view(facts: Facts, document: Document, intent: do.ViewIntent) -> Docu
             return replace(document, hand=hand) if hand in get_args(Hand) else document
         case do.SetGoal(goal):
             known = goal in ("", *one.motions)
-            return replace(document, goal=goal) if known else document
+            return replace(document, goal=goal, walk=None) if known else document
         case do.SetCloud(cloud):
             return replace(document, cloud=cloud)
         case do.SetExplanations(explanations):

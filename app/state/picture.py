@@ -35,12 +35,13 @@ from .wanted import (
     given_target,
     joint_indices,
     known_reference,
+    known_ways,
     landscape_work,
     recognise_work,
     seen_target,
-    way_ends,
+    ways_work,
 )
-from .work import LandscapeWork, Slot, WaysWork
+from .work import LandscapeWork, Slot
 
 RunStatus = Literal["idle", "running", "finished", "cancelled", "failed"]
 
@@ -103,8 +104,13 @@ class Picture:
     def ghosts(self, index: int) -> tuple[NDArray[np.float32], ...]:
         """(T, J) each: the newest samples of a model, once all of them are there.
 
-        Without samples, what the belief is torn between, where that is more than one thing.
+        While it walks to the goal, its motion on the shortest way. Without either, what the belief
+        is torn between, where that is more than one thing.
         """
+        if self.document.walk is not None:
+            walk = self.computed.entries.get(("walk", index))
+            there = walk.result if walk else None
+            return (there.positions,) if isinstance(there, MotionResult) else ()
         if not self.document.ghosts:
             torn = self.belief if index == self.active and self.document.explanations else None
             return torn.motions if torn is not None and len(torn.motions) > 1 else ()
@@ -221,15 +227,12 @@ class Picture:
 
     def ways(self, index: int) -> WaysResult | None:
         """From a model's selected motion to the goal."""
-        entry = self.computed.entries.get(("ways", index))
-        ends = way_ends(self.facts[index], self.document, self.document.models[index].latent.motion)
-        if (
-            entry is None
-            or ends is None
-            or not entry.answers(WaysWork(self.facts[index].name, *ends))
-        ):
-            return None  # of another way
-        return entry.result if isinstance(entry.result, WaysResult) else None
+        return known_ways(self.facts, self.document, index, self.computed)
+
+    @property
+    def ways_wanted(self) -> bool:
+        """Whether there is a way from the active model's selected motion."""
+        return ways_work(self.facts, self.document, self.active) is not None
 
     @cached_property
     def explained(self) -> Explained | None:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ...core.belief import Cloud
 from ...core.recognition_run import Posterior
+from ...core.walk import RISE, Walk
 from ...core.windows import Landscape
 from ...robot.safety_report import SafetyReport
 
@@ -106,13 +107,19 @@ class StretchResult:
     condition: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WaysResult:
-    """From one motion to another: see core/smoothness.py. detour: None until the way is sought."""
+    """From one motion to another (core/smoothness.py). sought: no shorter way is to come."""
 
-    wander: float
-    cliff: float
-    detour: float | None
+    straight: Walk
+    shortest: Walk
+    sought: bool
+
+    @property
+    def detour(self) -> float:
+        """Of the straight line; NaN where both ends are the same motion."""
+        length = self.shortest.length
+        return self.straight.length / length if length > RISE else float("nan")
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import assert_never
 
+from msgspec.structs import replace
+
 from . import intents as do
 from .document import Document
 from .facts import Facts
@@ -25,6 +27,7 @@ def update(facts: Facts, document: Document, intent: do.DocumentIntent) -> Docum
     """
     if isinstance(intent, do.PlaybackIntent):
         return update_playback(facts, document, intent)
+    before = document
     if isinstance(intent, do.LatentIntent):
         document = update_latent(facts, document, intent)
     elif isinstance(intent, do.ViewIntent):
@@ -33,4 +36,12 @@ def update(facts: Facts, document: Document, intent: do.DocumentIntent) -> Docum
         document = update_recognition(facts, document, intent)
     else:
         assert_never(intent)
+    walked = isinstance(intent, do.WalkTo)
+    if document.walk is not None and not walked and not _stands(before, document):
+        document = replace(document, walk=None)  # something else has moved it
     return hold_pucks(facts, document)
+
+
+def _stands(before: Document, after: Document) -> bool:
+    """Whether all models are where they were."""
+    return [one.latent for one in before.models] == [one.latent for one in after.models]

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InputError
+from ...core.motion import MAX_FRAMES
 from ...core.recognition_run import LM_ITERATIONS
 from .computed import Computed
 from .document import Document, ExportOptions, EyeTrack, RecognitionSettings, Target
 from .facts import Facts, ModelFacts
 from .planes import landscape_plane
-from .results import RecognitionTrace
+from .results import RecognitionTrace, WaysResult
 from .work import (
     BeliefWork,
     CodebookWork,
@@ -60,12 +63,17 @@ def wanted(facts: Facts, document: Document, known: Computed | None = None) -> d
         entries = known.codebook_entries(active) if known else 0
         if document.cloud and entries:
             works["belief", active] = belief_work(facts, document, entries)
-    for index in document.on_boards if document.compare else ():
-        latent = document.models[index].latent
-        works["stretch", index] = StretchWork(facts[index].name, latent.mu)
-        ends = way_ends(facts[index], document, latent.motion)
-        if ends is not None:
-            works["ways", index] = WaysWork(facts[index].name, *ends)
+    for index in document.on_boards:
+        ways = ways_work(facts, document, index)
+        if ways is not None:
+            works["ways", index] = ways
+        if ways is not None or document.compare:
+            works["stretch", index] = StretchWork(
+                facts[index].name, document.models[index].latent.mu
+            )
+        walk = walk_work(facts, document, index, known_ways(facts, document, index, known))
+        if walk is not None:
+            works["walk", index] = walk
     return works
 
 
@@ -105,7 +113,11 @@ def known_reference(facts: Facts, document: Document, index: int) -> NDArray[np.
 
 
 def motion_steps(facts: Facts, document: Document, index: int) -> int:
-    """Frames of a model's motion: as many as what it is compared with."""
+    """Frames of a model's motion: as many as what it is compared with; of a morph, as both ends."""
+    if morphs(facts, document, index):
+        goal = facts[index].motions.index(document.goal)
+        start = document.models[index].latent.motion
+        return min(facts[index].lengths[start] + facts[index].lengths[goal], MAX_FRAMES)
     reference = known_reference(facts, document, index)
     motion = document.models[index].latent.motion
     return facts[index].lengths[motion] if reference is None else len(reference)
@@ -126,8 +138,32 @@ def motion_work(facts: Facts, document: Document, index: int) -> MotionWork:
         model=facts[index].name,
         pb=document.models[index].latent.pb,
         steps=motion_steps(facts, document, index),
+        along=_along(facts, document, index),
         check="limited" if document.side_by_side and index == document.active else "report",
     )
+
+
+def morphs(facts: Facts, document: Document, index: int) -> bool:
+    """Whether a model's motion goes along the straight line to the goal."""
+    return document.walk == "morph" and ways_work(facts, document, index) is not None
+
+
+def _along(facts: Facts, document: Document, index: int) -> tuple[Vector, ...]:
+    ways = ways_work(facts, document, index)
+    return (ways.start, ways.end) if ways is not None and document.walk == "morph" else ()
+
+
+def walk_work(
+    facts: Facts, document: Document, index: int, ways: WaysResult | None
+) -> MotionWork | None:
+    """The motion on the shortest way, where the model's own is on the straight line."""
+    if document.walk is None or ways is None:
+        return None
+    pbs = [_vector(pb) for pb in ways.shortest.pbs]
+    steps = motion_steps(facts, document, index)
+    if document.walk == "morph":
+        return MotionWork(facts[index].name, pbs[0], steps, tuple(pbs))
+    return MotionWork(facts[index].name, pbs[document.walk], steps)
 
 
 def ghost_works(facts: Facts, document: Document, index: int) -> list[MotionWork]:
@@ -168,6 +204,23 @@ def way_ends(facts: ModelFacts, document: Document, motion: int) -> tuple[Vector
         return None
     goal = facts.motions.index(document.goal)
     return tuple(facts.mu[motion].tolist()), tuple(facts.mu[goal].tolist())
+
+
+def ways_work(facts: Facts, document: Document, index: int) -> WaysWork | None:
+    """From a model's selected motion to the goal; None where it does not know both."""
+    ends = way_ends(facts[index], document, document.models[index].latent.motion)
+    return None if ends is None else WaysWork(facts[index].name, *ends)
+
+
+def known_ways(
+    facts: Facts, document: Document, index: int, known: Computed | None
+) -> WaysResult | None:
+    """What was found of a model's ways to the goal."""
+    entry = known.entries.get(("ways", index)) if known else None
+    work = ways_work(facts, document, index)
+    if entry is None or work is None or not entry.answers(work):
+        return None  # of another way
+    return entry.result if isinstance(entry.result, WaysResult) else None
 
 
 def joint_indices(facts: ModelFacts, names: tuple[str, ...]) -> tuple[int, ...]:
@@ -237,8 +290,9 @@ def export_work(
     """What is on the screen now, as a file; with the document's own options by default."""
     index = document.active
     one = facts[index]
-    motion = MotionWork(one.name, document.current.latent.pb, motion_steps(facts, document, index))
-    name = f"{one.motions[document.current.latent.motion]} {one.name}"
+    motion = dataclasses.replace(motion_work(facts, document, index), check="no")
+    to = f" to {document.goal}" if motion.along else ""
+    name = f"{one.motions[document.current.latent.motion]}{to} {one.name}"
     return ExportWork(motion, name, document.export if options is None else options)
 
 

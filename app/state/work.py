@@ -24,6 +24,8 @@ class MotionWork:
     model: str
     pb: Vector  # (D,)
     steps: int
+    # PBs, each of (D,), that it goes along while it is generated; () stays at `pb` (core/walk.py).
+    along: tuple[Vector, ...] = ()
     # Nothing more than the motion; the safety report; the report and the motion within the limits.
     check: Literal["no", "report", "limited"] = "no"
 
@@ -161,6 +163,7 @@ Slot = tuple[
         "belief",
         "stretch",
         "ways",
+        "walk",
         "export",
     ],
     int,

@@ -82,6 +82,8 @@ const LIGHT = {
   cloud: "#6a3d9a",
   band: "rgb(0 114 178 / 0.18)",
   curve: "#0072b2",
+  second: "#a0527d",
+  secondBand: "rgb(204 121 167 / 0.24)",
   target: "#8a4b00",
   warning: "#a84300",
   observed: "rgb(0 114 178 / 0.09)",
@@ -104,6 +106,8 @@ const DARK = {
   cloud: "#b79be0",
   band: "rgb(86 180 233 / 0.22)",
   curve: "#56b4e9",
+  second: "#e39bc4",
+  secondBand: "rgb(227 155 196 / 0.24)",
   target: "#e6a54a",
   warning: "#ffa05c",
   observed: "rgb(86 180 233 / 0.13)",
@@ -117,6 +121,12 @@ export const ON_LANDSCAPE = {
   plot: "#ffffff",
   halo: "rgb(255 255 255 / 0.9)",
 };
+
+/** What the curves of one of two models are drawn with. @type {(colors: Theme, slot: number) => { curve: string, band: string }} */
+export const ofSlot = (colors, slot) =>
+  slot
+    ? { curve: colors.second, band: colors.secondBand }
+    : { curve: colors.curve, band: colors.band };
 
 /** @type {(dark: boolean) => Theme} */
 export const theme = (dark) => (dark ? DARK : LIGHT);

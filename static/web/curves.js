@@ -1,6 +1,6 @@
 /** Joint curves over time: generated solid, reference dashed, the band of the samples. */
 
-import { classMark } from "./colors.js";
+import { classMark, ofSlot } from "./colors.js";
 import { FONT, line } from "./plot.js";
 import { clamp, formatted, ticks, toPixel } from "./scales.js";
 
@@ -17,21 +17,28 @@ import { clamp, formatted, ticks, toPixel } from "./scales.js";
  * @property {number | null} joint the one that is drawn; null: all
  * @property {number} frames of the time axis
  * @property {number} fps
+ * @property {number} [slot] of the boards whose model it is
+ * @property {Other[]} [others] of the other models on the boards, in slots of their own
  */
+/** @typedef {Pick<Curves, "angles" | "low" | "high" | "columns"> & { joint: number, slot: number }} Other */
 
 const LEAST_RANGE = 0.2; // radians; a joint that hardly moves is not blown up to full height
 
 /** @type {(curves: Curves) => { bottom: number, top: number }} */
-export function rangeOf({ angles, reference, low, high, columns, joint }) {
+export function rangeOf({ angles, reference, low, high, columns, joint, others = [] }) {
   let least = Number.POSITIVE_INFINITY;
   let most = Number.NEGATIVE_INFINITY;
-  for (const values of [angles, reference, ...(joint === null ? [] : [low, high])]) {
-    if (!values) continue;
-    for (let i = joint ?? 0; i < values.length; i += joint === null ? 1 : columns) {
+  /** @type {(values: Float32Array | null, first: number, every: number) => void} */
+  const take = (values, first, every) => {
+    for (let i = first; values && i < values.length; i += every) {
       if (values[i] < least) least = values[i];
       if (values[i] > most) most = values[i];
     }
-  }
+  };
+  for (const values of [angles, reference, ...(joint === null ? [] : [low, high])])
+    take(values, joint ?? 0, joint === null ? 1 : columns);
+  for (const one of others)
+    for (const values of [one.angles, one.low, one.high]) take(values, one.joint, one.columns);
   if (!(least <= most)) return { bottom: -1, top: 1 };
   const pad = Math.max((LEAST_RANGE - (most - least)) / 2, 0.06 * (most - least));
   return { bottom: least - pad, top: most + pad };
@@ -71,9 +78,11 @@ export function drawCurves(context, view, curves, colors, observed, frame) {
   const joints =
     curves.joint === null ? Array.from({ length: curves.columns }, (_, j) => j) : [curves.joint];
   const all = curves.joint === null;
-  if (!all) drawBand(context, view, curves, colors);
+  const mine = ofSlot(colors, curves.slot ?? 0);
+  for (const other of curves.others ?? []) drawOther(context, view, other, colors);
+  if (!all) drawBand(context, view, curves, mine.band);
   for (const joint of joints) {
-    const color = all ? classMark(joint).color : colors.curve;
+    const color = all ? classMark(joint).color : mine.curve;
     context.globalAlpha = all ? 0.75 : 1;
     if (curves.reference) {
       context.setLineDash([5, 4]);
@@ -94,8 +103,17 @@ export function drawCurves(context, view, curves, colors, observed, frame) {
   drawCursor(context, view, colors, frame);
 }
 
-/** @type {(context: Context, view: View, curves: Curves, colors: Theme) => void} */
-function drawBand(context, view, { low, high, columns, joint }, colors) {
+/** @type {(context: Context, view: View, other: Other, colors: Theme) => void} */
+function drawOther(context, view, other, colors) {
+  const { curve, band } = ofSlot(colors, other.slot);
+  drawBand(context, view, other, band);
+  context.lineWidth = 2;
+  context.strokeStyle = curve;
+  trace(context, view, other.angles, other.columns, other.joint);
+}
+
+/** @type {(context: Context, view: View, curves: Pick<Curves, "low" | "high" | "columns" | "joint">, band: string) => void} */
+function drawBand(context, view, { low, high, columns, joint }, band) {
   if (!low || !high || joint === null) return;
   const frames = Math.floor(low.length / columns);
   context.beginPath();
@@ -103,7 +121,7 @@ function drawBand(context, view, { low, high, columns, joint }, colors) {
   for (let t = frames - 1; t >= 0; t--)
     context.lineTo(...toPixel(view, [t, low[t * columns + joint]]));
   context.closePath();
-  context.fillStyle = colors.band;
+  context.fillStyle = band;
   context.fill();
 }
 

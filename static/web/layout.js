@@ -26,14 +26,16 @@ export class Layout {
   /**
    * @param {Board[]} boards
    * @param {import("./timebar.js").TimeBar} timebar
+   * @param {{ name: string, root: HTMLElement }[]} parts within viser's panels, of their own height
    * @param {object} calls
    * @param {(asked: import("./messages.js").Asked) => void} calls.ask
    * @param {() => void} calls.fitted the canvas may have another size
    * @param {() => void} calls.looked a person has opened another tab
    */
-  constructor(boards, timebar, { ask, fitted, looked }) {
+  constructor(boards, timebar, parts, { ask, fitted, looked }) {
     this.boards = boards;
     this.timebar = timebar;
+    this.parts = parts;
     this.ask = ask;
     this.fitted = fitted;
     this.looked = looked;
@@ -111,6 +113,10 @@ export class Layout {
   arrange() {
     const phone = this.phone.matches;
     if (this.sheet.hidden === phone) this.sheet.hidden = !phone;
+    for (const { name, root } of this.parts) {
+      const host = document.getElementById(`rnnpb-${name}`);
+      if (host && host.firstElementChild !== root) host.replaceChildren(root);
+    }
     if (phone) this.arrangePhone();
     else this.arrangeDesk();
     this.fitCanvas(phone ? this.sheet : this.timebar.root, phone);

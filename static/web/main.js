@@ -8,6 +8,7 @@ import { MapBoard } from "./map.js";
 import { element, isDark, onSchemeChange } from "./page.js";
 import { Playback } from "./playback.js";
 import { Robots } from "./robots.js";
+import { Steps } from "./steps.js";
 import { installStyle } from "./style.js";
 import { TimeBar } from "./timebar.js";
 
@@ -33,11 +34,14 @@ class Part {
     this.landscape = this.landscapes[0];
     this.playback = new Playback(this.robots, ask, (now) => {
       this.timebar?.refresh(now);
-      for (const map of this.maps) map.atFrame(this.playback?.clock.frame ?? 0);
+      const frame = this.playback?.clock.frame ?? 0;
+      for (const map of this.maps) map.atFrame(frame);
+      this.steps?.atFrame(frame);
     });
     this.timebar = new TimeBar(this.playback, ask);
+    this.steps = new Steps(ask);
     const boards = SLOTS.flatMap((slot) => [this.maps[slot], this.landscapes[slot]]);
-    this.layout = new Layout(boards, this.timebar, {
+    this.layout = new Layout(boards, this.timebar, [this.steps], {
       ask,
       looked,
       fitted: () => this.fitted(),
@@ -53,7 +57,7 @@ class Part {
 
   /** @returns {Handlers} */
   get handlers() {
-    const { map, landscape, maps, landscapes, playback, timebar, robots, layout } = this;
+    const { map, landscape, maps, landscapes, playback, timebar, robots, layout, steps } = this;
     return {
       RobotsShown: (shown) => robots.show(shown),
       MotionShown: (shown) => {
@@ -68,6 +72,7 @@ class Part {
         maps[shown.slot].show(shown);
         landscapes[shown.slot].showMap(shown);
         layout.showPairs(shown.pairs);
+        steps.showPairs(shown.pairs);
       },
       PuckShown: (shown) => {
         maps[shown.slot].showPuck(shown);
@@ -78,6 +83,10 @@ class Part {
       PathShown: (shown) => {
         maps[shown.slot].showPath(shown);
         landscapes[shown.slot].showPath(shown);
+      },
+      WaysShown: (shown) => {
+        maps[shown.slot].showWays(shown);
+        steps.show(shown);
       },
       CurvesShown: (shown) => timebar.showCurves(shown),
       LookShown: (shown) => {

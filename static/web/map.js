@@ -18,6 +18,7 @@ import {
   toPixel,
   withEqualUnits,
 } from "./scales.js";
+import { drawWays } from "./ways.js";
 
 /** @typedef {import("./board.js").Ask} Ask */
 /** @typedef {import("./colors.js").Mark} Mark */
@@ -25,6 +26,7 @@ import {
 /** @typedef {import("./messages.js").MapShown} MapShown */
 /** @typedef {import("./messages.js").PathShown} PathShown */
 /** @typedef {import("./messages.js").PuckShown} PuckShown */
+/** @typedef {import("./messages.js").WaysShown} WaysShown */
 /** @typedef {import("./moves.js").Move} Move */
 /** @typedef {import("./scales.js").Point} Point */
 /** @typedef {import("./scales.js").View} View */
@@ -45,6 +47,7 @@ export class MapBoard extends Board {
     /** @type {PuckShown | null} */ this.state = null;
     /** @type {PathShown | null} */ this.path = null;
     /** @type {CloudShown | null} */ this.cloud = null;
+    /** @type {WaysShown | null} */ this.ways = null;
     this.cloudRow = 0; // of the belief, at the frame that is played
     this.frame = 0;
     /** @type {Mark[]} */ this.marks = [];
@@ -116,6 +119,13 @@ export class MapBoard extends Board {
     this.tell();
   }
 
+  /** @param {WaysShown} ways */
+  showWays(ways) {
+    this.ways = ways.straight ? ways : null;
+    this.surface.request();
+    this.tell();
+  }
+
   /** @param {CloudShown} cloud */
   showCloud(cloud) {
     this.cloud = cloud;
@@ -127,6 +137,7 @@ export class MapBoard extends Board {
   /** What was seen of the motion by this frame. @param {number} frame */
   atFrame(frame) {
     this.frame = frame;
+    if (this.ways?.shares) this.surface.request();
     const row = this.cloud ? rowAt(this.cloud, frame) : 0;
     if (row === this.cloudRow) return;
     this.cloudRow = row;
@@ -294,6 +305,7 @@ export class MapBoard extends Board {
     const cloud = thereIn(this.cloud);
     if (cloud) drawCloud(context, view, cloud, this.cloudRow, this.theme);
     drawPoints(context, view, points, this.theme);
+    if (this.ways) drawWays(context, view, this.ways, this.frame, this.theme);
     drawAdded(context, view, shown.added.data, shown.added_names, this.theme);
     if (path?.on_map) {
       const { on_map: mu, samples_on_map: samples, others_on_map: others } = path;
@@ -361,6 +373,7 @@ export class MapBoard extends Board {
     if (shown.added_names.length) words.added = `Your points: ${shown.added_names.join(", ")}`;
     const cloud = thereIn(this.cloud);
     if (cloud) words.belief = wordsOnCloud(cloud, this.cloudRow);
+    if (this.ways) words.ways = "A straight and a shortest way to another motion are drawn";
     if (this.path?.on_map) words.path = wordsOnPath(this.path, this.path.on_map.data);
     return words;
   }

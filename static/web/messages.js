@@ -38,6 +38,7 @@
  * @property {Numbers | null} ghosts (K, T, J)
  * @property {boolean} samples whether the ghosts are samples of one belief
  * @property {boolean} ends whether the robot is gone after its last frame
+ * @property {number | null} slot of the boards whose model generated it
  */
 
 /**
@@ -117,6 +118,20 @@
  */
 
 /**
+ * Two ways from one motion to another, S steps each.
+ * @typedef {object} WaysShown
+ * @property {number} slot which pair of boards, of two side by side
+ * @property {string} title of the model
+ * @property {Numbers | null} straight (S + 1, 2) on the map; null: there is no way
+ * @property {Numbers | null} shortest (S + 1, 2) on the map
+ * @property {Numbers | null} changes (S) degrees that the motion changes in a step of the straight line
+ * @property {Numbers | null} shortest_changes (S) of the shortest way
+ * @property {number} steepest step of the straight line, from 0
+ * @property {number | null} at step at which the models stand
+ * @property {Numbers | null} shares (T) how far along a morph is in each frame, from 0 to 1
+ */
+
+/**
  * The belief over M entries of a codebook while S kept frames come in.
  * @typedef {object} CloudShown
  * @property {number} slot which pair of boards, of two side by side
@@ -139,6 +154,9 @@
  * @property {Numbers | null} high (T, J)
  * @property {Numbers<Uint8Array> | null} unseen (J) whether a joint is inferred, not observed
  * @property {number | null} observed share of the reference that was observed; null: no handle
+ * @property {string[]} models (M) what the curves of each slot are called
+ * @property {Numbers<Int32Array>} columns (M, J) of each slot's motion, where these joints are
+ * @property {number} active slot that all else is of
  */
 
 /**
@@ -158,6 +176,7 @@
  * @property {LandscapeShown} LandscapeShown
  * @property {PathShown} PathShown
  * @property {CloudShown} CloudShown
+ * @property {WaysShown} WaysShown
  * @property {CurvesShown} CurvesShown
  * @property {LookShown} LookShown
  * @property {DocumentShown} DocumentShown
@@ -174,6 +193,7 @@
  *   | { type: "MoveOnLandscape", model: number, axes: string[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "SelectMotion", model: number, index: number }
  *   | { type: "SelectAdded", index: number }
+ *   | { type: "WalkTo", step: number }
  *   | { type: "SetPlaying", playing: boolean, frame: number }
  *   | { type: "Seek", frame: number }
  *   | { type: "SetSpeed", speed: number }

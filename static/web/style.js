@@ -39,7 +39,7 @@ const SHEET = `
   background: var(--rb-accent); border-color: var(--rb-accent); color: var(--rb-surface);
 }
 .rb-chip:focus-visible, .rb-button:focus-visible, .rb-select:focus-visible,
-.rb-plot:focus-visible, .rb-curves:focus-visible {
+.rb-plot:focus-visible, .rb-curves:focus-visible, .rb-steps:focus-visible {
   outline: 2px solid var(--rb-accent); outline-offset: 1px;
 }
 .rb-plot.rb-by-hand:focus-visible { outline: none; }
@@ -51,7 +51,8 @@ const SHEET = `
   position: relative; flex: 1; min-height: 0; min-width: 0; touch-action: none; user-select: none;
   -webkit-user-select: none; border-radius: 4px;
 }
-.rb-plot canvas, .rb-curves canvas {
+.rb-steps { position: relative; width: 100%; height: 100%; cursor: pointer; touch-action: none; }
+.rb-plot canvas, .rb-curves canvas, .rb-steps canvas {
   position: absolute; inset: 0; width: 100%; height: 100%; display: block; pointer-events: none;
 }
 .rb-mark {

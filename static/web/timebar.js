@@ -1,7 +1,7 @@
 /** Time: play, scrub, speed and loop, the joint curves over the same axis, what was observed. */
 
 import { Coalescer } from "./coalesce.js";
-import { theme } from "./colors.js";
+import { ofSlot, theme } from "./colors.js";
 import { drawCurves, rangeOf } from "./curves.js";
 import { envelope } from "./motion.js";
 import { SEND_MS } from "./moves.js";
@@ -35,8 +35,8 @@ export class TimeBar {
     this.playback = playback;
     this.ask = ask;
     /** @type {CurvesShown | null} */ this.curves = null;
-    /** @type {MotionShown | null} */ this.motion = null;
-    /** @type {{ low: Float32Array, high: Float32Array } | null} */ this.band = null;
+    /** @type {(MotionShown | null)[]} */ this.motions = [null, null]; // of each slot's model
+    /** @type {({ low: Float32Array, high: Float32Array } | null)[]} */ this.bands = [null, null];
     /** @type {number | null} */ this.observed = null;
     /** @type {"time" | "observed" | null} */ this.holding = null;
     this.theme = theme(isDark());
@@ -48,6 +48,7 @@ export class TimeBar {
     this.play.classList.add("rb-play");
     this.time = element("span", { class: "rb-time", role: "status", "aria-live": "off" });
     this.value = element("span", { class: "rb-value" });
+    this.whose = element("span", { class: "rb-whose" });
     this.joint = element("select", { class: "rb-select", "aria-label": "Joint" });
     this.speed = element(
       "select",
@@ -67,6 +68,7 @@ export class TimeBar {
         this.play,
         this.time,
         this.value,
+        this.whose,
         element("span", { class: "rb-grow" }),
         this.joint,
         this.speed,
@@ -128,13 +130,55 @@ export class TimeBar {
 
   /** @param {MotionShown} motion */
   showMotion(motion) {
-    if (motion.robot !== 0) return;
-    this.motion = motion;
-    this.band =
+    if (motion.slot === null) return;
+    this.motions[motion.slot] = motion;
+    this.bands[motion.slot] =
       motion.ghosts && motion.samples
         ? envelope(motion.ghosts.data, motion.ghosts.shape[0] ?? 0)
         : null;
     this.refresh();
+  }
+
+  get active() {
+    return this.curves?.active ?? 0;
+  }
+
+  /** Of the active model. */
+  get motion() {
+    return this.motions[this.active] ?? null;
+  }
+
+  get band() {
+    return this.bands[this.active] ?? null;
+  }
+
+  /** Of the other models on the boards, where one joint is drawn. @returns {import("./curves.js").Other[]} */
+  get others() {
+    const { curves } = this;
+    const joint = curves?.joint ?? null;
+    if (!curves || joint === null) return [];
+    return curves.models.flatMap((_, slot) => {
+      const angles = this.motions[slot]?.angles;
+      if (slot === this.active || !angles) return [];
+      const { low = null, high = null } = this.bands[slot] ?? {};
+      const columns = angles.shape[1] ?? 0;
+      const column = curves.columns.data[slot * curves.names.length + joint] ?? 0;
+      return [{ angles: angles.data, low, high, columns, joint: column, slot }];
+    });
+  }
+
+  /** Which curve is whose, where there are two. */
+  legend() {
+    const { curves } = this;
+    const drawn = curves && curves.joint !== null && curves.models.length > 1 ? curves.models : [];
+    if (this.whose.childElementCount !== drawn.length) {
+      this.whose.replaceChildren(...drawn.map(() => element("span")));
+    }
+    drawn.forEach((name, slot) => {
+      const one = /** @type {HTMLElement} */ (this.whose.children[slot]);
+      say(one, `━ ${name} `);
+      one.style.color = ofSlot(this.theme, slot).curve;
+    });
   }
 
   // --- hands ---
@@ -221,6 +265,7 @@ export class TimeBar {
       this.value,
       value === undefined ? "" : `${this.curves?.names[joint ?? 0]} ${formatted(value)} rad`,
     );
+    this.legend();
     if (now) this.surface.draw();
     else this.surface.request();
   }
@@ -242,6 +287,8 @@ export class TimeBar {
       joint: curves?.joint ?? null,
       frames: Math.max(clock.frames, 2),
       fps: clock.fps,
+      slot: this.active,
+      others: this.others,
     };
     const view = {
       extent: { left: 0, right: what.frames - 1, ...rangeOf(what) },

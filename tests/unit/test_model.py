@@ -111,3 +111,24 @@ def test_a_model_without_names_goes_by_index() -> None:
 def test_impossible_configs(setting: dict[str, object]) -> None:
     with pytest.raises(InputError):
         ModelConfig(**setting)  # type: ignore[arg-type]
+
+
+def test_a_pb_that_moves_is_fed_in_frame_by_frame() -> None:
+    """Eqs. 6 to 8 with another PB in every frame, in one go and in parts."""
+    model = random_model(joints=5, pb_dim=3, hidden=8, seed=3)
+    pb = torch.randn(11, 2, 3)
+    weight = torch.cat([model.weight_pb, model.weight_frame], dim=1)
+    x, h, c = torch.zeros(2, 5), torch.zeros(2, 8), torch.zeros(2, 8)
+    frames = []
+    for now in pb:
+        gates = torch.cat([now, x], dim=1) @ weight.T + h @ model.weight_hidden.T + model.bias
+        i, f, g, o = gates.chunk(4, dim=1)
+        c = torch.sigmoid(f) * c + torch.sigmoid(i) * torch.tanh(g)
+        h = torch.sigmoid(o) * torch.tanh(c)
+        x = h @ model.weight_out.T + model.bias_out
+        frames.append(x)
+    expected = torch.stack(frames, dim=1)
+    torch.testing.assert_close(model.generate(pb, 11), expected)
+    for at_once in (1, 4, 10):
+        parts = list(model.generate_in_parts(pb, 11, at_once))
+        torch.testing.assert_close(torch.cat(parts, dim=1), expected)

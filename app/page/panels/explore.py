@@ -12,13 +12,13 @@ from ...state import intents as do
 from ...state.document import MAX_PB, Hand
 from ...state.facts import Facts, ModelFacts
 from ...state.picture import Picture
-from ..words import smoothness_lines
+from ..words import smoothness_table
 from .bound import Bound, assign, on_click
-from .text import text_lines, write
+from .text import table, write
+from .ways import WaysPart
 
 Send = Callable[[do.Intent], None]
 
-NO_GOAL = "choose …"
 NOTHING = "nothing"
 HANDS: dict[str, Hand] = {
     "moves this model alone": "alone",
@@ -55,9 +55,8 @@ class ExplorePanel:
             gui.add_dropdown("Motion", facts[0].motions, hint="μ and σ jump to what was learnt"),
             self._choose_motion,
         )
+        self._ways = WaysPart(gui, facts[0].motions, send)
         self._buttons()
-        self._close = gui.add_button("Close", visible=False, hint="the model takes its robot along")
-        on_click(self._close, lambda: send(do.CloseModel()))
         self._hand = Bound(
             gui.add_dropdown(
                 "One hand",
@@ -67,15 +66,13 @@ class ExplorePanel:
             ),
             lambda label: send(do.SetHand(HANDS[label])),
         )
-        self._goal = Bound(
-            gui.add_dropdown(
-                "Way to", [NO_GOAL, *facts[0].motions], visible=False, hint="the end of the way"
-            ),
-            lambda name: send(do.SetGoal("" if name == NO_GOAL else name)),
-        )
         self._smoothness = gui.add_html("")
         self._sliders = gui.add_folder("Parametric bias: N(μ, σ²)")
         self._note = gui.add_markdown("")
+        self._close = gui.add_button(
+            "Close", visible=False, color="gray", hint="the model takes its robot along"
+        )
+        on_click(self._close, lambda: send(do.CloseModel()))
         self._mu: list[Bound] = []
         self._sigma: list[Bound] = []
         self._page: Bound | None = None
@@ -120,15 +117,11 @@ class ExplorePanel:
             self._built = (facts.name, first)
         self._show_models(picture)
         self._motion.show(facts.motions[latent.motion])
-        hand, goal = picture.document.hand, picture.document.goal
+        hand = picture.document.hand
         self._hand.show(next(label for label, known in HANDS.items() if known == hand))
-        self._goal.offer([NO_GOAL, *facts.motions])
-        self._goal.show(goal if goal in facts.motions else NO_GOAL)
-        comparing = picture.document.compare
-        several = len(self._facts) > 1
-        assign(self._hand.handle, visible=several)
-        assign(self._goal.handle, visible=several and (comparing or hand == "way"))
-        write(self._smoothness, text_lines(*smoothness_lines(picture)))
+        assign(self._hand.handle, visible=len(self._facts) > 1)
+        write(self._smoothness, table(smoothness_table(picture)))
+        self._ways.show(picture)
         for bound, value in zip(self._mu, latent.mu[first:], strict=False):
             _show_slider(bound, value)
         for bound, value in zip(self._sigma, latent.sigma[first:], strict=False):

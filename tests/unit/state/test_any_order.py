@@ -54,6 +54,8 @@ doing = st.one_of(
     st.builds(do.SetJoint, st.sampled_from(["", "a", "v", "knee"])),
     st.builds(do.SetUseTarget, st.booleans()),
     st.builds(do.SetSideBySide, st.booleans()),
+    st.builds(do.SetGoal, st.sampled_from(["", "bow", "wave", "fall"])),
+    st.builds(do.WalkTo, st.integers(-1, 42) | st.sampled_from(["morph", None])),
     st.builds(do.SetExportOption, st.just("file_format"), st.sampled_from(["json", "bvh"])),
     st.sampled_from([do.ResetLatent(), do.RandomiseLatent(), do.NewNoise(), do.ClearNoise()]),
 )

@@ -260,6 +260,7 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "pair": lambda it: (1, 0),
     "hand": lambda it: "sd",
     "goal": lambda it: "rest",
+    "walk": lambda it: 7,
     "first_slider": lambda it: 2,
     "side_by_side": lambda it: True,
     "show_target": lambda it: False,

@@ -292,6 +292,19 @@ def test_in_the_end_it_goes_to_the_best_pb_of_all_trials() -> None:
     np.testing.assert_allclose(landscape_of(page.wanted).center[2], BEST_PB[2])
 
 
+def test_the_best_is_one_of_as_many_iterations_as_were_wanted() -> None:
+    """The same run was wanted longer before, and what was found then is still there."""
+    page = running(iterations=3)
+    short = page.document
+    path = np.concatenate([PATH, PATH[-1:]])
+    loss = np.array([[0.5, 0.9], [0.3, 0.4], [0.6, 0.9], [0.1, 0.1]])
+    page.deliver(RUN, make_trace(path, loss=loss))
+    np.testing.assert_allclose(mu_of(page), PATH[1, 0] + 0.1)
+    assert page.document.run is not None
+    assert short.run is not None
+    assert page.document.run.done == 3
+
+
 def test_a_loss_that_is_no_number_is_never_the_best() -> None:
     page = running(iterations=3)
     loss = np.array([[0.5, 0.9], [0.3, math.nan], [math.nan, 0.9]])

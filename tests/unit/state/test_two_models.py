@@ -7,15 +7,17 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from rnnpb_explorer.app.page.words import smoothness_lines
+from rnnpb_explorer.app.page.views import curves_shown, ways_shown
+from rnnpb_explorer.app.page.words import smoothness_table
 from rnnpb_explorer.app.state import intents as do
 from rnnpb_explorer.app.state.document import Document
 from rnnpb_explorer.app.state.facts import Facts
 from rnnpb_explorer.app.state.opening import check_fits, opening_document
-from rnnpb_explorer.app.state.results import StretchResult, WaysResult
-from rnnpb_explorer.app.state.wanted import wanted
-from rnnpb_explorer.app.state.work import StretchWork, WaysWork
+from rnnpb_explorer.app.state.results import MotionResult, StretchResult, WaysResult
+from rnnpb_explorer.app.state.wanted import export_work, wanted
+from rnnpb_explorer.app.state.work import MotionWork, StretchWork, WaysWork
 from rnnpb_explorer.core import InputError
+from rnnpb_explorer.core.walk import STEPS, Walk
 
 from ..app_states import (
     MU,
@@ -338,6 +340,14 @@ def test_a_code_of_two_models_that_are_not_here_is_refused(pair: tuple[int, int]
         check_fits(TOGETHER, replace(opened(TOGETHER), pair=pair))
 
 
+# From "wave" to "rest" of the second model: twice as far as their distance, and 1.6 times as far as
+# the shortest way, which goes aside.
+WAY = np.linspace(TWO.mu[0], TWO.mu[2], STEPS + 1).round(6)
+STRAIGHT = Walk(WAY, np.tile([0.05, 0.15], STEPS // 2), 2.0)
+SHORTEST = Walk(WAY + 0.25, np.full(STEPS, 0.0625), 2.0)
+FOUND = WaysResult(STRAIGHT, SHORTEST, sought=True)
+
+
 def test_smoothness_is_wanted_of_both_where_they_are_compared() -> None:
     assert not {"stretch", "ways"} & {slot for slot, _ in wanted(TOGETHER, opened(TOGETHER))}
     document = opened(TOGETHER, do.SetCompare(True))
@@ -350,18 +360,103 @@ def test_smoothness_is_wanted_of_both_where_they_are_compared() -> None:
     assert ("ways", 0) not in wanted(TOGETHER, nowhere)
 
 
-def test_smoothness_in_words() -> None:
-    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"))
-    assert smoothness_lines(page.picture) == []
+def test_smoothness_side_by_side_in_numbers() -> None:
+    page = Page(TOGETHER)
+    assert smoothness_table(page.picture) == []
+    page.do(do.SetCompare(True), do.SetGoal("rest"))
     page.deliver(("stretch", 1), StretchResult(38.0, 2.0))
-    page.deliver(("ways", 1), WaysResult(4.0, 6.4, None), done=False)
-    sd = TWO.mu_sd * 38
-    assert smoothness_lines(page.picture) == [
-        f"two: stretch here 38.0° a unit of μ, {sd:.1f}° a sd; "
-        "to rest: wander 4.0, cliff 6.4, detour …"
-    ]
-    page.deliver(("ways", 1), WaysResult(4.0, 6.4, 1.2))
-    assert smoothness_lines(page.picture)[0].endswith("detour 1.20")
+    page.deliver(("ways", 1), WaysResult(STRAIGHT, STRAIGHT, sought=False), done=False)
+    head, *rows = smoothness_table(page.picture)
+    assert head == ["", "one", "two"]
+    table = {name: cells for name, *cells in rows}
+    assert table["stretch, °/unit of μ"] == ["…", "38.0"]
+    assert table["stretch, °/sd of μ"] == ["…", f"{TWO.mu_sd * 38:.1f}"]
+    assert table["wander"] == ["…", "2.0"]
+    assert table["cliff"] == ["…", "1.5"]
+    assert table["detour"] == ["…", "…"]
+    page.deliver(("ways", 1), FOUND)
+    assert smoothness_table(page.picture)[-2] == ["detour", "…", "1.60"]
     page.do(do.SetGoal("bow"))  # whose way is not measured yet
-    assert "wander" not in smoothness_lines(page.picture)[0]
-    assert smoothness_lines(page.do(do.SetCompare(False)).picture) == []
+    assert smoothness_table(page.picture)[-2] == ["detour", "…", "…"]
+    page.do(do.SetCompare(False))  # of the active model alone
+    assert smoothness_table(page.picture)[0] == ["", "one"]
+
+
+# --- two ways to walk ---
+def test_all_models_stand_at_the_same_step() -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"), do.NewNoise(), do.WalkTo(10))
+    for one, choice in zip(TOGETHER, page.document.models, strict=True):
+        np.testing.assert_allclose(choice.latent.mu, one.mu[0] + (one.mu[2] - one.mu[0]) / 4)
+        assert not any(choice.latent.epsilon)
+    assert page.document.walk == 10
+
+
+@pytest.mark.parametrize(
+    "other", [do.SetMu(0, 0.3), do.SelectMotion(1), do.RandomiseLatent(), do.SetGoal("bow")]
+)
+def test_a_hand_ends_the_walk(other: do.DocumentIntent) -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"), do.WalkTo("morph"))
+    assert page.do(do.SetJoint("a")).document.walk == "morph"
+    assert page.do(other).document.walk is None
+    assert page.do(do.Undo()).document.walk == "morph"
+
+
+def test_there_is_nothing_to_walk_without_a_goal() -> None:
+    assert Page(TOGETHER).do(do.WalkTo(3)).document.walk is None
+    page = Page(TOGETHER).do(do.SetGoal("rest"))
+    for step in (-1, STEPS + 1):
+        assert page.do(do.WalkTo(step)).document.walk is None
+
+
+def test_the_ghost_goes_the_shortest_way_while_the_robot_goes_straight() -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"), do.WalkTo(2))
+    assert ("walk", 1) not in page.wanted  # before there is one
+    page.deliver(("ways", 1), FOUND)
+    work = page.wanted["walk", 1]
+    assert isinstance(work, MotionWork)
+    assert work.pb == tuple(FOUND.shortest.pbs[2])
+    page.deliver(("walk", 1), MotionResult(np.ones((work.steps, 5), np.float32)))
+    (ghost,) = page.picture.ghosts(1)
+    assert ghost.shape == (work.steps, 5)
+    assert page.picture.ghosts(0) == ()
+    assert page.do(do.WalkTo(None)).picture.ghosts(1) == ()
+
+
+def test_the_morph_is_one_motion_from_end_to_end() -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"), do.WalkTo("morph"))
+    page.deliver(("ways", 1), FOUND)
+    robot, ghost = page.wanted["motion", 1], page.wanted["walk", 1]
+    assert isinstance(robot, MotionWork)
+    assert isinstance(ghost, MotionWork)
+    assert robot.along == (tuple(TWO.mu[0]), tuple(TWO.mu[2]))
+    np.testing.assert_allclose(ghost.along, FOUND.shortest.pbs)
+    assert robot.steps == ghost.steps == TWO.lengths[0] + TWO.lengths[2]
+    assert export_work(TOGETHER, page.document).motion.along
+    assert export_work(TOGETHER, page.document).name == "wave to rest one"
+    shown = ways_shown(page.picture.of(1), 1)
+    assert shown.shares is not None
+    assert len(shown.shares) == robot.steps
+    assert (shown.shares[0], shown.shares[-1]) == (0, 1)
+
+
+def test_both_ways_and_their_steepest_step_are_shown() -> None:
+    page = Page(TOGETHER).do(do.SetCompare(True), do.SetGoal("rest"), do.WalkTo(3))
+    assert ways_shown(page.picture.of(1), 1).straight is None
+    page.deliver(("ways", 1), FOUND)
+    shown = ways_shown(page.picture.of(1), 1)
+    assert shown.straight is not None
+    assert shown.changes is not None
+    np.testing.assert_allclose(
+        shown.straight, TWO.latent_map.project(STRAIGHT.pbs)[:, list(page.document.map_axes)]
+    )
+    np.testing.assert_allclose(shown.changes, np.rad2deg(STRAIGHT.steps))
+    assert (shown.steepest, shown.at, shown.shares) == (STRAIGHT.steepest, 3, None)
+
+
+def test_the_curves_of_both_models_are_found_by_the_joints_names() -> None:
+    turned = make_facts(2, "turned", joints=tuple(reversed(TWO.joints)), stochastic=False)
+    page = Page((TWO, turned)).do(do.SetCompare(True), do.SetGhosts(True))
+    shown = curves_shown(page.picture)
+    assert shown.columns is not None
+    assert shown.columns.tolist() == [[0, 1, 2, 3, 4], [4, 3, 2, 1, 0]]
+    assert shown.models == ("two", "turned (σ = 0, no band)")
