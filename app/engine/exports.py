@@ -21,7 +21,8 @@ MOST_JOINTS = 4  # in the line on a file
 def export(work: ExportWork, sources: Sources) -> Steps:
     """The text of the file, and one line on what is in it."""
     motion = work.motion
-    generation = Generation(sources.models[motion.model], motion.pb, motion.steps)
+    model = sources.models[motion.model]
+    generation = Generation(model, motion.pb, motion.steps, motion.along)
     yield Round(Priority.EXPORT, [generation])
     file = Call(lambda: _file(work, sources, generation.positions))
     yield Round(Priority.EXPORT, [file])

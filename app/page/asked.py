@@ -150,6 +150,8 @@ class Looked(Asked, frozen=True, tag=True):
 
     map: Zoom | None
     landscape: Zoom | None
+    map_2: Zoom | None
+    landscape_2: Zoom | None
     tab: Annotated[str, Meta(max_length=40)]
     turned: bool
 

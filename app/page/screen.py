@@ -71,7 +71,7 @@ class Screen:
         self._motions = self._playbacks = 0  # sent so far
         self.played: Playback | None = None  # as the page itself has it
         # Where the page itself looks: zooms and tab, and the camera.
-        self._looked: tuple[Zoom | None, Zoom | None, str] = (None, None, "")
+        self._looked = _look_of(Seen())
         self._camera: Camera | None = None
         self.heard: int | None = None  # number of the page's last move that is in the document
         self._aspect = 1.0  # of the canvas
@@ -340,13 +340,13 @@ class Screen:
         front = self._front()
         if camera is not None and np.allclose(_numbers(camera), _numbers(front), atol=1e-3):
             camera, self._camera = None, front
-        seen = Seen(word.map, word.landscape, camera, word.tab)
-        self._looked = (seen.map, seen.landscape, seen.tab)
+        seen = Seen(word.map, word.landscape, word.map_2, word.landscape_2, camera, word.tab)
+        self._looked = _look_of(seen)
         return seen
 
     def _show_view(self, seen: Seen) -> None:
         """The boards, the tab and the camera as they were looked at."""
-        look = (seen.map, seen.landscape, seen.tab)
+        look = _look_of(seen)
         if look != self._looked:
             self._looked = look
             self._bridge.show(LookShown(*look))
@@ -375,6 +375,10 @@ class Screen:
             )
         except ValidationError:
             return None
+
+
+def _look_of(seen: Seen) -> tuple[Zoom | None, Zoom | None, Zoom | None, Zoom | None, str]:
+    return seen.map, seen.landscape, seen.map_2, seen.landscape_2, seen.tab
 
 
 def _numbers(camera: Camera) -> tuple[float, ...]:

@@ -284,6 +284,8 @@ class LookShown(Shown):
 
     map: Zoom | None
     landscape: Zoom | None
+    map_2: Zoom | None
+    landscape_2: Zoom | None
     tab: str
 
 

@@ -213,7 +213,7 @@ def _stretch(found: StretchResult | None, sd: float) -> str:
 
 def _number(value: float | None, digits: int = 2) -> str:
     """NaN: it has no value; None: it is not there yet."""
-    return "…" if value is None else "–" if np.isnan(value) else f"{value:.{digits}f}"
+    return "…" if value is None else "–" if np.isnan(value) else f"{value:z.{digits}f}"
 
 
 def way_line(picture: Picture) -> str:

@@ -160,6 +160,8 @@ class Seen(Struct, frozen=True, forbid_unknown_fields=True):
 
     map: Zoom | None = None
     landscape: Zoom | None = None
+    map_2: Zoom | None = None  # of the second of two models side by side
+    landscape_2: Zoom | None = None
     camera: Camera | None = None
     tab: Annotated[str, Meta(max_length=40)] = ""  # of the panel; "": the first
 

@@ -162,7 +162,7 @@ def walk_work(
     pbs = [_vector(pb) for pb in ways.shortest.pbs]
     steps = motion_steps(facts, document, index)
     if document.walk == "morph":
-        return MotionWork(facts[index].name, pbs[0], steps, tuple(pbs))
+        return MotionWork(facts[index].name, pbs[0], steps, along=tuple(pbs))
     return MotionWork(facts[index].name, pbs[document.walk], steps)
 
 

@@ -24,10 +24,10 @@ class MotionWork:
     model: str
     pb: Vector  # (D,)
     steps: int
-    # PBs, each of (D,), that it goes along while it is generated; () stays at `pb` (core/walk.py).
-    along: tuple[Vector, ...] = ()
     # Nothing more than the motion; the safety report; the report and the motion within the limits.
     check: Literal["no", "report", "limited"] = "no"
+    # PBs, each of (D,), that it goes along while it is generated; () stays at `pb` (core/walk.py).
+    along: tuple[Vector, ...] = ()
 
 
 @dataclass(frozen=True)

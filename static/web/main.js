@@ -57,7 +57,7 @@ class Part {
 
   /** @returns {Handlers} */
   get handlers() {
-    const { map, landscape, maps, landscapes, playback, timebar, robots, layout, steps } = this;
+    const { maps, landscapes, playback, timebar, robots, layout, steps } = this;
     return {
       RobotsShown: (shown) => robots.show(shown),
       MotionShown: (shown) => {
@@ -90,8 +90,10 @@ class Part {
       },
       CurvesShown: (shown) => timebar.showCurves(shown),
       LookShown: (shown) => {
-        map.zoomTo(shown.map);
-        landscape.zoomTo(shown.landscape);
+        maps[0].zoomTo(shown.map);
+        maps[1].zoomTo(shown.map_2);
+        landscapes[0].zoomTo(shown.landscape);
+        landscapes[1].zoomTo(shown.landscape_2);
         layout.openTab(shown.tab);
       },
       DocumentShown: ({ text }) => keep(text),
@@ -153,8 +155,11 @@ class Part {
     clearTimeout(this.looking);
     this.looking = setTimeout(() => {
       if (!this.greeted) return;
-      const { map, landscape, layout, turned } = this;
-      send({ type: "Looked", map: map.zoom, landscape: landscape.zoom, tab: layout.tab, turned });
+      const [map, map_2] = this.maps.map(({ zoom }) => zoom);
+      const [landscape, landscape_2] = this.landscapes.map(({ zoom }) => zoom);
+      const { turned } = this;
+      const { tab } = this.layout;
+      send({ type: "Looked", map, landscape, map_2, landscape_2, tab, turned });
       this.turned = false;
     }, LOOK_MS);
   }

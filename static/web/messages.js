@@ -163,7 +163,14 @@
  * The part of a board that is looked at, while the board shows what it is `of`.
  * @typedef {{ of: string, left: number, right: number, bottom: number, top: number }} Zoom
  */
-/** @typedef {{ map: Zoom | null, landscape: Zoom | null, tab: string }} LookShown */
+/**
+ * @typedef {object} LookShown
+ * @property {Zoom | null} map
+ * @property {Zoom | null} landscape
+ * @property {Zoom | null} map_2 of the second of two models side by side
+ * @property {Zoom | null} landscape_2
+ * @property {string} tab
+ */
 /** @typedef {{ text: string }} DocumentShown */
 
 /**
@@ -200,7 +207,8 @@
  *   | { type: "SetLoop", loop: boolean }
  *   | { type: "SetJoint", joint: number | null }
  *   | { type: "SetObserved", share: number }
- *   | { type: "Looked", map: Zoom | null, landscape: Zoom | null, tab: string, turned: boolean }
+ *   | { type: "Looked", map: Zoom | null, landscape: Zoom | null, map_2: Zoom | null,
+ *       landscape_2: Zoom | null, tab: string, turned: boolean }
  *   | { type: "Undo" }
  *   | { type: "Redo" }
  *   | { type: "Resized", width: number, height: number, ratio: number,

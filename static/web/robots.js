@@ -215,23 +215,24 @@ class Robot {
 export class Robots {
   constructor() {
     /** @type {Robot[]} */ this.robots = [];
+    /** @type {MotionShown[]} */ this.motions = []; // of robots that may still be to come
     this.looks = 0;
     this.unsettled = 0;
   }
 
   /** @param {import("./messages.js").RobotsShown} shown */
   show({ robots }) {
-    const motions = this.robots.map((robot) => robot.motion);
     for (const robot of this.robots) robot.removeCopies(0);
     this.robots = robots.map((one) => new Robot(one, robots[one.copy_of ?? -1] ?? one));
     this.robots.forEach((robot, i) => {
-      robot.motion = motions[i] ?? null;
+      robot.motion = this.motions[i] ?? null;
     });
     this.unsettled = SETTLE_FRAMES;
   }
 
   /** @param {MotionShown} motion */
   showMotion(motion) {
+    this.motions[motion.robot] = motion;
     const robot = this.robots[motion.robot];
     if (robot) robot.motion = motion;
     this.unsettled = Math.max(this.unsettled, 1);

@@ -51,6 +51,11 @@ const SHEET = `
   position: relative; flex: 1; min-height: 0; min-width: 0; touch-action: none; user-select: none;
   -webkit-user-select: none; border-radius: 4px;
 }
+.rb-whose {
+  position: absolute; right: 16px; top: 7px; z-index: 1; pointer-events: none; font-weight: 650;
+  padding: 0 4px; border-radius: 4px; background: color-mix(in srgb, var(--rb-surface) 75%, transparent);
+}
+.rb-whose:empty { display: none; }
 .rb-steps { position: relative; width: 100%; height: 100%; cursor: pointer; touch-action: none; }
 .rb-plot canvas, .rb-curves canvas, .rb-steps canvas {
   position: absolute; inset: 0; width: 100%; height: 100%; display: block; pointer-events: none;

@@ -63,12 +63,12 @@ export class TimeBar {
       "aria-label": "Frame",
       "aria-valuemin": 0,
     });
+    this.plot.append(this.whose);
     this.root = element("section", { class: "rb-timebar", "aria-label": "Time" }, [
       element("div", { class: "rb-row" }, [
         this.play,
         this.time,
         this.value,
-        this.whose,
         element("span", { class: "rb-grow" }),
         this.joint,
         this.speed,

@@ -109,3 +109,94 @@ def test_a_reload_brings_the_comparison_back(pair: App, comparing: ExplorerPage)
     assert comparing.plot("map-2").is_visible()
     comparing.choose("Compare with", "nothing")
     comparing.page.locator("[data-board=map-2]").wait_for(state="detached")
+
+
+def test_the_zoom_of_both_maps_comes_back(pair: App, comparing: ExplorerPage) -> None:
+    for slot, board in enumerate(("map", "map-2")):
+        box = comparing.plot(board).bounding_box()
+        assert box is not None
+        comparing.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        comparing.page.mouse.wheel(0, -300)
+        comparing.wait_for(f"part.maps[{slot}].zoom !== null")
+    views = comparing.part("part.maps.map((map) => map.zoom)")
+    comparing.until(
+        lambda: any(one.document.seen.map_2 for one in pair.sessions.values()),
+        "the server is not told where one looks",
+    )
+    comparing.reload(pair)
+    comparing.wait_for("part.maps.every((map) => map.zoom !== null)")
+    assert comparing.part("part.maps.map((map) => map.zoom)") == views
+
+
+# --- two ways to walk ---
+def walking(comparing: ExplorerPage) -> None:
+    comparing.choose("Way to", "Fear_1")
+    comparing.wait_for("part.steps.shown.length === 2 && part.maps.every((map) => map.ways)")
+
+
+def stand(comparing: ExplorerPage, step: int) -> list[NDArray[np.float64]]:
+    """Both robots' motions once they stand there."""
+    comparing.wait_for(f"part.steps.shown.every(({{ at }}) => at === {step})")
+    comparing.wait_for("part.landscapes.every((one) => one.shown.complete)")
+    return angles(comparing)
+
+
+def test_a_click_on_the_curve_goes_there_and_the_cliff_is_one_step(comparing: ExplorerPage) -> None:
+    walking(comparing)
+    curve = comparing.page.locator(".rb-steps")
+    curve.scroll_into_view_if_needed()
+    box = curve.bounding_box()
+    assert box is not None
+    edges = 30, 8  # left and right of the curve
+    x = edges[0] + (box["width"] - sum(edges)) * 12 / 40
+    curve.click(position={"x": x, "y": 60})
+    stand(comparing, 12)
+    assert comparing.value("Step") == 12
+    steepest = comparing.part("part.steps.shown[0].steepest")
+    change = comparing.part("part.steps.shown[0].changes.data[part.steps.shown[0].steepest]")
+    comparing.click("Before")
+    before = stand(comparing, steepest)
+    comparing.screenshot("walk")
+    comparing.click("After")
+    after = stand(comparing, steepest + 1)
+    # Measured over 120 frames, of which the motion on the screen has 83.
+    assert mean_change(before[0], after[0]) == pytest.approx(change, rel=0.5)
+    # Each has one ghost; the second robot is a copy of the first one itself.
+    assert comparing.part("part.robots.robots.map(({ copies }) => copies.length)") == [1, 2]
+
+
+def test_the_way_is_played_and_taken_away_as_one_motion(comparing: ExplorerPage) -> None:
+    walking(comparing)
+    happy = angles(comparing)[0]
+    comparing.tick("As one motion", True)
+    comparing.wait_for("part.steps.shown.every(({ shares }) => shares !== null)")
+    comparing.wait_for("part.robots.robots[0].motion.angles.shape[0] === 229")
+    morph = angles(comparing)[0].reshape(229, -1)
+    joints = morph.shape[1]
+    # It begins as the one motion, and ends as neither began.
+    np.testing.assert_allclose(morph[:57], happy.reshape(-1, joints)[:57], atol=1e-4)
+    name, content = comparing.download("Download it (CSV)")
+    assert name == "Happy_4_to_Fear_1_strong.csv"
+    table = np.loadtxt(content.decode().splitlines(), delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table[:, -joints:], morph, atol=1e-4)
+    comparing.tick("As one motion", False)
+    comparing.wait_for("part.steps.shown.every(({ shares }) => shares === null)")
+
+
+# --- uncertainty side by side ---
+def test_both_bands_are_drawn_and_the_deterministic_model_has_none(
+    comparing: ExplorerPage,
+) -> None:
+    comparing.page.get_by_label("Joint").select_option("HeadPitch")
+    comparing.tab("View")
+    comparing.tick("Uncertainty", True)
+    comparing.wait_for("part.timebar.bands[0] !== null")
+    assert comparing.part("part.timebar.bands[1]") is None
+    whose = comparing.page.locator(".rb-whose")
+    assert whose.inner_text().split("━")[1:] == [" strong ", " deterministic (σ = 0, no band)"]
+    assert comparing.names() == ["strong", "deterministic: no σ, no samples"]
+    comparing.screenshot("uncertainty-of-two")
+    comparing.tab("Explore")
+    comparing.choose("Compare with", "weak")
+    comparing.wait_for("part.timebar.bands[0] !== null && part.timebar.bands[1] !== null")
+    assert len(comparing.part("part.timebar.others")) == 1

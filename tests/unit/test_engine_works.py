@@ -33,6 +33,7 @@ from rnnpb_explorer.app.state.work import (
     MotionWork,
     RecogniseWork,
     Slot,
+    Vector,
     Work,
 )
 from rnnpb_explorer.core.correlation import landscape, landscape_stages
@@ -40,6 +41,7 @@ from rnnpb_explorer.core.model import RNNPB, ModelConfig, ModelInfo
 from rnnpb_explorer.core.motion import Motion, format_motion
 from rnnpb_explorer.core.recognition import recognition_pieces, recognize
 from rnnpb_explorer.core.recognition_run import RecognitionConfig, RecognitionStep
+from rnnpb_explorer.core.walk import morph
 from rnnpb_explorer.robot.description import load_robot
 from rnnpb_explorer.robot.reading import read_motions
 from rnnpb_explorer.robot.safety import check_motion
@@ -574,10 +576,24 @@ def test_an_export_is_within_the_limits_unless_one_insists(tiny_model: RNNPB, be
     assert ("limited: " in result.summary) != beyond
 
 
-def test_a_download_is_the_file_of_the_motion_itself(tiny_model: RNNPB) -> None:
-    desk = Desk(tiny_model)
-    (shown,) = desk.results(WAVE)
-    work = ExportWork(WAVE, "wave", ExportOptions("csv", beyond_limits=True))
+def test_a_motion_goes_along_a_way_of_pbs_in_long_ones_in_parts(tiny_model: RNNPB) -> None:
+    way = np.array([[0.0, 0.5, 0.0], [2.0, -1.0, 0.5], [1.0, 0.0, 3.0]])
+    for frames in (12, 3 * PIECE // 5):
+        work = MotionWork("one", tuple(way[0]), frames, along=tuple(map(tuple, way)))
+        (shown,) = Desk(tiny_model).results(work)
+        assert isinstance(shown, MotionResult)
+        pbs = torch.tensor(morph(way, frames), dtype=torch.float32)[:, None]
+        expected = tiny_model.generate(pbs, frames)[0]
+        np.testing.assert_allclose(shown.positions, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("along", [(), (WAVE.pb, (2.0, -1.0, 0.5))])
+def test_a_download_is_the_file_of_the_motion_itself(
+    tiny_model: RNNPB, along: tuple[Vector, ...]
+) -> None:
+    desk, moving = Desk(tiny_model), replace(WAVE, along=along)
+    (shown,) = desk.results(moving)
+    work = ExportWork(moving, "wave", ExportOptions("csv", beyond_limits=True))
     (result,) = desk.results(work, EXPORT)
     assert isinstance(result, ExportedFile)
     assert isinstance(shown, MotionResult)

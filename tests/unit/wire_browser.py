@@ -182,7 +182,8 @@ class WireBrowser:
 
     def looked(self, *, turned: bool = False, **seen: object) -> None:
         """What the page says once zoom, tab or camera have rested."""
-        self.ask("Looked", **{"map": None, "landscape": None, "tab": "", **seen}, turned=turned)
+        boards = dict.fromkeys(("map", "landscape", "map_2", "landscape_2"))
+        self.ask("Looked", **{**boards, "tab": "", **seen}, turned=turned)
 
     def set(self, label: str, value: object) -> None:
         """Move a slider, tick a box, choose from a list, press a button of a group."""

@@ -269,7 +269,10 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "eyes": lambda it: False,
     "export": lambda it: ExportOptions("naoqi", safe_posture=True, beyond_limits=True),
     "seen": lambda it: Seen(
-        Zoom("PC", 0.0, 1.0, -1.0, 1.0), None, Camera((3.0, 1.0, 2.0), (0.0, 0.0, 1.0)), "View"
+        map=Zoom("PC", 0.0, 1.0, -1.0, 1.0),
+        landscape_2=Zoom("PC", 0.0, 2.0, -1.0, 1.0),
+        camera=Camera((3.0, 1.0, 2.0), (0.0, 0.0, 1.0)),
+        tab="View",
     ),
     "seed": lambda it: 77,
     "draws": lambda it: 5,
