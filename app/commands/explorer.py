@@ -27,6 +27,7 @@ def run(
     *,
     ckpt: tuple[str, ...] = ("strong.pt",),
     models: str | None = None,
+    lessons: str | None = None,
     host: str = "127.0.0.1",
     port: Annotated[int, read_by(whole(0, 65535))] = 8080,
     token: str | None = None,
@@ -43,6 +44,7 @@ def run(
     Args:
         ckpt: a path, or a shipped name such as strong; twice: two models side by side
         models: a folder of checkpoints that the page offers beside those that are shipped
+        lessons: a folder of lessons (*.toml) that the page offers beside those that are shipped
         host: the address to serve on; by default only this machine reaches it
         port: 0: any free one
         token: no page without it; needed with a --host for others
@@ -60,6 +62,7 @@ def run(
         options = ServerOptions(
             checkpoints=ckpt,
             models=models,
+            lessons=lessons,
             host=host,
             port=port,
             token=token,

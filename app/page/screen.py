@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Literal
 
@@ -16,12 +16,14 @@ from ...robot.description import Robot
 from ..state import intents as do
 from ..state.document import Camera, Playback, Seen, Zoom
 from ..state.facts import Facts
+from ..state.lessons import Lesson
 from ..state.picture import Picture
 from ..state.wanted import eyes_of, given_target
 from .asked import Looked
 from .bridge import Bridge, board_html
 from .panels.explore import ExplorePanel
 from .panels.help import add_help
+from .panels.lesson import LessonList, LessonPart
 from .panels.recognise import RecognisePanel
 from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
@@ -60,6 +62,7 @@ class Screen:
         robot: Robot,
         facts: Facts,
         offers: tuple[str, ...],
+        lessons: Mapping[str, Lesson],
         send: Send,
     ) -> None:
         self._client, self._bridge, self._robot = client, bridge, robot
@@ -77,7 +80,7 @@ class Screen:
         self._aspect = 1.0  # of the canvas
         self._page_width = 0
         self._build_boards()
-        self._build_panels(facts, offers)
+        self._build_panels(facts, offers, lessons)
         self._build_commands()
 
     # --- building ---
@@ -96,12 +99,15 @@ class Screen:
         with landscape_panel.add_tab("Correlation landscape"):
             self._places["landscape"] = gui.add_html(board_html("landscape"))
 
-    def _build_panels(self, facts: Facts, offers: tuple[str, ...]) -> None:
+    def _build_panels(
+        self, facts: Facts, offers: tuple[str, ...], lessons: Mapping[str, Lesson]
+    ) -> None:
         gui = self._client.gui
         gui.set_panel_label("rnnpb-explorer")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_WIDTH)
         light = SafetyLight(gui, self._robot)
+        lesson = LessonPart(gui, lessons, self._send)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Explore"):
             explore = ExplorePanel(gui, facts, offers, self._send)
@@ -113,9 +119,10 @@ class Screen:
             has_eyes = bool(eye_nodes(self._robot, ROOT))
             self._view = ViewPanel(gui, self._send, has_eyes=has_eyes)
         with tabs.add_tab("Help"):
+            lesson_list = LessonList(gui, lessons, self._send)
             add_help(gui)
         gui.add_html(NARROW_TABS)
-        self._panels = (light, explore, recognise, robot, self._view)
+        self._panels = (light, lesson, lesson_list, explore, recognise, robot, self._view)
         self._recognise = recognise
 
     def _build_commands(self) -> None:

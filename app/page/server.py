@@ -28,6 +28,7 @@ from ..state.wanted import motion_steps
 from .door import WILDCARDS, address_for_others, make_door, url_host
 from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
+from .lessons import load_lessons
 from .library import Library
 from .robot_nodes import add_robot
 from .robots import ROOT
@@ -50,6 +51,7 @@ class ServerOptions:
 
     checkpoints: tuple[str, ...] = ("strong.pt",)
     models: str | None = None  # a folder of more of them, to open on the page
+    lessons: str | None = None  # a folder of lessons
     host: str = "127.0.0.1"
     port: int = 8080  # 0: any free one
     token: str | None = None  # without it no page and no session
@@ -78,6 +80,7 @@ class App:
             allow_frames=options.allow_frames,
             scripts=page_scripts(),
         )
+        self.lessons = load_lessons(options.lessons)
         self.library = open_library(options)
         self.robot = load_robot(options.robot)
         self.facts = self.library.started
@@ -123,6 +126,7 @@ class App:
                 self.sessions[client.client_id] = Session(
                     client,
                     self.library,
+                    self.lessons,
                     self._engine,
                     self._staged,
                     self.opening,

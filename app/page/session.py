@@ -11,7 +11,7 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import viser
@@ -25,6 +25,7 @@ from ..state.computed import Computed, Entry
 from ..state.document import Document, ExportOptions
 from ..state.facts import Facts
 from ..state.history import History, gesture_of
+from ..state.lessons import Lesson
 from ..state.on_models import close_model, open_model
 from ..state.on_recognition import advance, break_off, follow
 from ..state.opening import check_fits
@@ -37,6 +38,7 @@ from ..state.work import ExportWork, Slot, TakeAwayWork, Work
 from . import asked
 from .bridge import Bridge
 from .hand import intent_of
+from .lessons import at_step
 from .library import Library
 from .panels.bound import HELD_SECONDS
 from .screen import Screen
@@ -67,13 +69,14 @@ class Session:
         self,
         client: viser.ClientHandle,
         library: Library,
+        lessons: Mapping[str, Lesson],
         engine: Engine,
         robot: Robot,
         opening: Document,
         ended: Callable[[], None],
     ) -> None:
         self._client, self._library, self._robot = client, library, robot
-        self._ended = ended
+        self._lessons, self._ended = lessons, ended
         self._history = History(opening)
         self._computed = Computed.nothing()
         self._export: ExportWork | TakeAwayWork | None = None  # the last file that was asked for
@@ -167,6 +170,9 @@ class Session:
                 self._history = self._history.step(after, "", now)
             case do.CloseModel():
                 self._history = self._history.step(close_model(self._facts, self.document), "", now)
+            case do.GoToStep():
+                after = at_step(self._lessons, self._library, self._robot, self.document, event)
+                self._history = self._history.step(after, "", now)
             case do.ExportMotion():
                 self._ask_for_file(self.document.export)
             case do.DownloadMotion():
@@ -357,7 +363,13 @@ class Session:
         try:
             bridge = Bridge(self._client, self.send)
             screen = Screen(
-                self._client, bridge, self._robot, self._facts, self._library.offers(), self.send
+                self._client,
+                bridge,
+                self._robot,
+                self._facts,
+                self._library.offers(),
+                self._lessons,
+                self.send,
             )
             self._loop(screen)
         except Exception:  # the thread's boundary: an error here must not pass unseen

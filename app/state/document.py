@@ -255,6 +255,8 @@ class Document(Struct, frozen=True, forbid_unknown_fields=True):
     ghosts: bool = False  # samples from N(mu, sigma^2) around the robot
     eyes: bool = True  # colour the eyes where the motion has a track for them
     export: ExportOptions = ExportOptions()
+    lesson: Name = ""  # the one that is shown; "": none
+    lesson_step: Count = 0
     seen: Seen = Seen()
     seed: Count = 0
     draws: Count = 0  # random draws so far; with the seed, what the next draw will be

@@ -203,6 +203,14 @@ class CloseModel:
 
 
 @dataclass(frozen=True)
+class GoToStep:
+    """Set the screen as a step of a lesson does; "": no lesson any more."""
+
+    lesson: str
+    step: int
+
+
+@dataclass(frozen=True)
 class SetCompare:
     """The boards of two models side by side."""
 
@@ -445,9 +453,9 @@ class Say:
     good: bool = False
 
 
-# An OpenModel needs the library of models, so that the session sees to it.
-ModelsIntent = OpenModel | CloseModel
+# These need the library of models, or of lessons, so that the session sees to them.
+LibraryIntent = OpenModel | CloseModel | GoToStep
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
 PageIntent = ExportMotion | DownloadMotion | TakeAwayRun | ShowCode | ShowFile | Say
-Intent = DocumentIntent | ModelsIntent | HistoryIntent | PageIntent
+Intent = DocumentIntent | LibraryIntent | HistoryIntent | PageIntent

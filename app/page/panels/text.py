@@ -24,6 +24,16 @@ def text_lines(*lines: str) -> str:
     return "".join(f'<div style="{TEXT_STYLE}">{escape(line)}</div>' for line in lines if line)
 
 
+def paragraphs(head: str, *texts: str) -> str:
+    """HTML of a heading and paragraphs, the last of them in bold; all of it is text."""
+    *before, last = (escape(text) for text in texts)
+    body = "".join(f'<p style="margin:0.35em 0">{text}</p>' for text in before)
+    return (
+        f'<div style="{TEXT_STYLE}"><div style="opacity:0.7">{escape(head)}</div>{body}'
+        f'<p style="margin:0.35em 0;font-weight:650">{last}</p></div>'
+    )
+
+
 def table(rows: list[list[str]]) -> str:
     """HTML of rows of cells, the first row and column of headings; all of it is text."""
     if not rows:

@@ -268,6 +268,8 @@ ANOTHER: dict[str, Callable[[Document], Any]] = {
     "ghosts": lambda document: True,
     "eyes": lambda it: False,
     "export": lambda it: ExportOptions("naoqi", safe_posture=True, beyond_limits=True),
+    "lesson": lambda it: "2_smooth",
+    "lesson_step": lambda it: 3,
     "seen": lambda it: Seen(
         map=Zoom("PC", 0.0, 1.0, -1.0, 1.0),
         landscape_2=Zoom("PC", 0.0, 2.0, -1.0, 1.0),
