@@ -128,9 +128,10 @@ const SHEET = `
 .rb-timebar {
   position: fixed; bottom: 0; z-index: 3; height: clamp(124px, 18vh, 280px); padding: 6px 8px 2px;
   display: flex; flex-direction: column; gap: 4px; background: var(--rb-surface);
-  border-top: 1px solid var(--rb-line);
+  border-top: 1px solid var(--rb-line); container-type: inline-size;
 }
 .rb-row { display: flex; align-items: center; gap: 6px; flex: none; min-width: 0; }
+@container (max-width: 460px) { .rb-timebar .rb-value { display: none; } }
 .rb-grow { flex: 1; }
 .rb-row .rb-button, .rb-row .rb-select, .rb-row .rb-chip { height: 28px; }
 .rb-play { width: 42px; background: var(--rb-accent); border-color: var(--rb-accent); color: var(--rb-surface); }

@@ -70,6 +70,5 @@ class WaysPart:
             assign(bound.handle, visible=wanted)
         assign(self._cliff, visible=ways is not None)
         assign(self._take, visible=wanted and document.walk == "morph")
-        if isinstance(document.walk, int):
-            self._step.show(document.walk)
+        self._step.show(document.walk if isinstance(document.walk, int) else 0)
         self._morph.show(document.walk == "morph")
