@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from explorer_page import ExplorerPage, Open
+from explorer_page import Open
 
 from rnnpb_explorer.app.page.lessons import load_lessons
 from rnnpb_explorer.app.page.server import App
