@@ -52,7 +52,8 @@ class Hello(Asked, frozen=True, tag=True):
 
     document: what `DocumentShown` left with the tab. width, height: of the canvas in CSS pixels,
     ratio: device pixels for one. page_width, page_height: of the window. dark: what the person's
-    system prefers. playback: None on a page that is new.
+    system prefers. playback: None on a page that is new. present: the key that the tab presents
+    with. follow: the code in the page's address; free: it has let go of that.
     """
 
     document: Annotated[str, Meta(max_length=MAX_DOCUMENT)] | None
@@ -63,6 +64,9 @@ class Hello(Asked, frozen=True, tag=True):
     page_height: Pixels
     dark: bool
     playback: Playback | None
+    present: Annotated[str, Meta(pattern="^[A-Za-z0-9_-]{32}$")] | None = None
+    follow: Annotated[str, Meta(pattern="^[A-Za-z0-9_-]{12}$")] | None = None
+    free: bool = False
 
 
 class MoveOnMap(Asked, frozen=True, tag=True):
@@ -164,6 +168,18 @@ class Redo(Asked, frozen=True, tag=True):
     pass
 
 
+class Present(Asked, frozen=True, tag=True):
+    """Have others follow this page, or no longer."""
+
+    on: bool
+
+
+class Follow(Asked, frozen=True, tag=True):
+    """Come back to what is presented, or let go of it."""
+
+    on: bool
+
+
 class Resized(Asked, frozen=True, tag=True):
     """The canvas has another size; as Hello."""
 
@@ -195,7 +211,7 @@ ByHand = (
     | Undo
     | Redo
 )
-AnyAsked = ByHand | Hello | Looked | Resized | Broken
+AnyAsked = ByHand | Hello | Looked | Present | Follow | Resized | Broken
 _decoder: msgspec.json.Decoder[AnyAsked] = msgspec.json.Decoder(AnyAsked)
 
 

@@ -29,7 +29,7 @@ from .panels.robot import RobotPanel, SafetyLight
 from .panels.view import ViewPanel
 from .robot_nodes import eye_nodes
 from .robots import ROOT, Part, RobotNames, cast_of, robots_shown
-from .shown import DocumentShown, LookShown, MotionShown, Shown
+from .shown import DocumentShown, LookShown, MotionShown, PresenceShown, Shown
 from .stage import FOV, camera_position, room_of, stage_for
 from .views import (
     cloud_shown,
@@ -298,6 +298,9 @@ class Screen:
     def keep(self, code: str) -> None:
         """Have the tab keep a document, which it brings back with its next hello."""
         self._bridge.show(DocumentShown(code))
+
+    def show_presence(self, presence: PresenceShown) -> None:
+        self._put("presence", (presence,), lambda: presence)
 
     def say(self, text: str, *, good: bool = False) -> None:
         """A line for the person, which goes away by itself."""

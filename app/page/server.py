@@ -30,6 +30,7 @@ from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
 from .lessons import load_lessons
 from .library import Library
+from .presenting import Presentations
 from .robot_nodes import add_robot
 from .robots import ROOT
 from .session import Session
@@ -87,6 +88,7 @@ class App:
         for warning in (*unmatched_joints(self.robot, self.facts), *remarks(self.robot)):
             log.warning("%s", warning)
         self.opening = opening(self.library, options)
+        self._presentations = Presentations()
         self._lock = threading.Lock()
         self.sessions: dict[int, Session] = {}
         guard = Guard(door)
@@ -127,6 +129,7 @@ class App:
                     client,
                     self.library,
                     self.lessons,
+                    self._presentations,
                     self._engine,
                     self._staged,
                     self.opening,

@@ -41,6 +41,7 @@ from .hand import intent_of
 from .lessons import at_step
 from .library import Library
 from .panels.bound import HELD_SECONDS
+from .presenting import Audience, Presence, Presentations, Presented
 from .screen import Screen
 from .uploads import CODE_SUFFIX
 
@@ -53,7 +54,7 @@ PHONE_WIDTH = 576  # pixels, of a page; viser's own breakpoint
 AS_IT_IS = ExportOptions("csv", beyond_limits=True)
 STOPPED = "The page met a fault and stopped. Reload it to go on."
 NOT_KEPT = "This upload is too long for the tab to keep: after a reload it has to be chosen again"
-Event: TypeAlias = do.Intent | Delivered | Failed | asked.AnyAsked
+Event: TypeAlias = do.Intent | Delivered | Failed | Presented | Audience | asked.AnyAsked
 log = logging.getLogger(__name__)
 
 
@@ -70,6 +71,7 @@ class Session:
         client: viser.ClientHandle,
         library: Library,
         lessons: Mapping[str, Lesson],
+        presentations: Presentations,
         engine: Engine,
         robot: Robot,
         opening: Document,
@@ -90,6 +92,7 @@ class Session:
         self._idle = threading.Condition()
         self._shown: Picture | None = None
         self._closed = False
+        self._presence = Presence(presentations, self.send)
         self._work = engine.open(self.send)
         name = f"page-{client.client_id}"
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -111,6 +114,7 @@ class Session:
     def close(self) -> None:
         """End the loop and all work, without waiting; called when the browser has gone."""
         self._closed = True
+        self._presence.close()
         self._events.put(None)
         self._work.close()
 
@@ -131,6 +135,7 @@ class Session:
             self._ask()
             self._show(screen)
             for event in self._next_events():
+                self._presence.own_way(event)
                 try:
                     self._apply(event, screen, time.monotonic())
                     self._follow_run()
@@ -154,6 +159,14 @@ class Session:
                 screen.resized(event.width, event.height, event.page_width)
             case asked.Looked():
                 self._look(event, screen)
+            case asked.Present(on):
+                self._presence.present(on)
+            case do.PresentPage():
+                self._presence.present(True)
+            case asked.Follow(on):
+                self._presence.follow(on)
+            case Presented() | Audience():
+                self._history = self._history.revise(self._presence.hear(event, self.document))
             case asked.Broken():
                 screen.say(event.reason)
             case asked.Asked():
@@ -208,6 +221,7 @@ class Session:
     def _greet(self, hello: asked.Hello, screen: Screen) -> None:
         """The page is there, for the first time or again; it may bring what it showed before."""
         self._greeted = True
+        self._presence.greet(hello)
         screen.resized(hello.width, hello.height, hello.page_width)
         if hello.page_width <= PHONE_WIDTH:
             screen.fold()
@@ -317,6 +331,8 @@ class Session:
     def _show(self, screen: Screen) -> None:
         picture = self._picture
         screen.show(picture)
+        screen.show_presence(self._presence.shown)
+        self._presence.publish(self.document)
         self._keep(screen, time.monotonic())
         with self._idle:
             self._shown = picture
@@ -377,6 +393,7 @@ class Session:
                 log.exception("the page of browser %s broke off", self._client.client_id)
                 self._break_off(screen)
         finally:
+            self._presence.close()
             self._work.close()  # it may have been closed just before something more was wanted
 
     def _break_off(self, screen: Screen | None) -> None:

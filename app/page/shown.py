@@ -289,6 +289,22 @@ class LookShown(Shown):
     tab: str
 
 
+@dataclass(frozen=True)
+class PresenceShown(Shown):
+    """Whether this page presents or follows.
+
+    role: 'presents', 'follows' or ''. secret: of who presents, for the tab to keep. code: for the
+    link. followers: pages. there: whether somebody presents. free: this page has let go.
+    """
+
+    role: str
+    secret: str | None
+    code: str
+    followers: int
+    there: bool
+    free: bool
+
+
 @dataclass(frozen=True, eq=False)
 class DocumentShown(Shown):
     """The document written down, for the tab to keep and to bring back with its next Hello."""

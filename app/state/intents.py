@@ -434,6 +434,11 @@ class TakeAwayRun:
 
 
 @dataclass(frozen=True)
+class PresentPage:
+    """Have others follow this page."""
+
+
+@dataclass(frozen=True)
 class ShowCode:
     """Write the state code of this screen where a person can copy it."""
 
@@ -457,5 +462,5 @@ class Say:
 LibraryIntent = OpenModel | CloseModel | GoToStep
 DocumentIntent = LatentIntent | PlaybackIntent | ViewIntent | RecognitionIntent
 HistoryIntent = Undo | Redo | RestoreCode
-PageIntent = ExportMotion | DownloadMotion | TakeAwayRun | ShowCode | ShowFile | Say
+PageIntent = ExportMotion | DownloadMotion | TakeAwayRun | PresentPage | ShowCode | ShowFile | Say
 Intent = DocumentIntent | LibraryIntent | HistoryIntent | PageIntent

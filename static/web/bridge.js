@@ -91,6 +91,15 @@ export function send(asked) {
   mutable().sendMessage({ type: MESSAGE_TYPES.up, payload: JSON.stringify(asked) });
 }
 
+/**
+ * viser calls a lost server again only from a page that has the focus. A page on a projector seldom
+ * has it: being seen is enough.
+ */
+export function callAgainWhileSeen() {
+  document.hasFocus = () => document.visibilityState === "visible";
+  document.addEventListener("visibilitychange", () => dispatchEvent(new Event("focus")));
+}
+
 export const requestRender = () => mutable().requestRender();
 
 /** @type {(name: string) => Node3 | undefined} */

@@ -1,12 +1,13 @@
 /** Everything together: what the server shows goes to its part, what a person does goes to the server. */
 
-import { canvasFrame, listen, missing, onTurn, send } from "./bridge.js";
+import { callAgainWhileSeen, canvasFrame, listen, missing, onTurn, send } from "./bridge.js";
 import { spaceToggles } from "./keys.js";
 import { LandscapeBoard } from "./landscape.js";
 import { Layout } from "./layout.js";
 import { MapBoard } from "./map.js";
 import { element, isDark, onSchemeChange } from "./page.js";
 import { Playback } from "./playback.js";
+import { Presence } from "./presence.js";
 import { Robots } from "./robots.js";
 import { Steps } from "./steps.js";
 import { installStyle } from "./style.js";
@@ -40,6 +41,7 @@ class Part {
     });
     this.timebar = new TimeBar(this.playback, ask);
     this.steps = new Steps(ask);
+    this.presence = new Presence(ask);
     const boards = SLOTS.flatMap((slot) => [this.maps[slot], this.landscapes[slot]]);
     this.layout = new Layout(boards, this.timebar, [this.steps], {
       ask,
@@ -50,6 +52,7 @@ class Part {
       this.turned = true;
       looked();
     });
+    callAgainWhileSeen();
     this.played = false;
     spaceToggles(() => this.playback.toggle(), this.timebar.play);
     listen((kind, body) => this.hear(kind, body));
@@ -97,6 +100,7 @@ class Part {
         layout.openTab(shown.tab);
       },
       DocumentShown: ({ text }) => keep(text),
+      PresenceShown: (shown) => this.presence.show(shown),
     };
   }
 
@@ -125,6 +129,7 @@ class Part {
       ...this.size(),
       dark: matchMedia("(prefers-color-scheme: dark)").matches,
       playback: this.played ? { playing, frame, speed, loop } : null,
+      ...this.presence.hello(),
     });
   }
 

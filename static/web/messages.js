@@ -174,6 +174,17 @@
 /** @typedef {{ text: string }} DocumentShown */
 
 /**
+ * Whether this page presents or follows.
+ * @typedef {object} PresenceShown
+ * @property {string} role "presents", "follows" or ""
+ * @property {string | null} secret of who presents, for the tab to keep
+ * @property {string} code for the link
+ * @property {number} followers pages
+ * @property {boolean} there whether somebody presents
+ * @property {boolean} free whether this page has let go
+ */
+
+/**
  * @typedef {object} Shown everything that the server shows, by name
  * @property {RobotsShown} RobotsShown
  * @property {MotionShown} MotionShown
@@ -187,6 +198,7 @@
  * @property {CurvesShown} CurvesShown
  * @property {LookShown} LookShown
  * @property {DocumentShown} DocumentShown
+ * @property {PresenceShown} PresenceShown
  */
 
 /** @typedef {"map" | "landscape"} BoardName */
@@ -195,7 +207,8 @@
  * @typedef {(
  *   | { type: "Hello", document: string | null, width: number, height: number, ratio: number,
  *       page_width: number, page_height: number,
- *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null }
+ *       dark: boolean, playback: { playing: boolean, frame: number, speed: number, loop: boolean } | null,
+ *       present: string | null, follow: string | null, free: boolean }
  *   | { type: "MoveOnMap", model: number, axes: number[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "MoveOnLandscape", model: number, axes: string[], to: number[], gesture: number, number: number, done: boolean }
  *   | { type: "SelectMotion", model: number, index: number }
@@ -209,6 +222,8 @@
  *   | { type: "SetObserved", share: number }
  *   | { type: "Looked", map: Zoom | null, landscape: Zoom | null, map_2: Zoom | null,
  *       landscape_2: Zoom | null, tab: string, turned: boolean }
+ *   | { type: "Present", on: boolean }
+ *   | { type: "Follow", on: boolean }
  *   | { type: "Undo" }
  *   | { type: "Redo" }
  *   | { type: "Resized", width: number, height: number, ratio: number,

@@ -56,6 +56,17 @@ const SHEET = `
   padding: 0 4px; border-radius: 4px; background: color-mix(in srgb, var(--rb-surface) 75%, transparent);
 }
 .rb-whose:empty { display: none; }
+.rb-presence {
+  position: fixed; top: 8px; left: 50%; transform: translateX(-50%); z-index: 4; display: flex;
+  align-items: center; gap: 8px; padding: 4px 4px 4px 12px; border-radius: 8px; max-width: 92vw;
+  font: 600 12px/1.3 Inter, "Inter Variable", system-ui, sans-serif; color: var(--rb-text);
+  background: var(--rb-surface); border: 1px solid var(--rb-line); box-shadow: 0 1px 6px rgb(0 0 0 / 0.15);
+}
+.rb-presence[hidden], .rb-presence [hidden] { display: none; }
+.rb-link {
+  font: inherit; font-weight: 500; color: inherit; width: 190px; min-width: 0; height: 26px; padding: 0 6px;
+  background: var(--rb-raised); border: 1px solid var(--rb-line); border-radius: 6px;
+}
 .rb-steps { position: relative; width: 100%; height: 100%; cursor: pointer; touch-action: none; }
 .rb-plot canvas, .rb-curves canvas, .rb-steps canvas {
   position: absolute; inset: 0; width: 100%; height: 100%; display: block; pointer-events: none;

@@ -120,7 +120,6 @@ def test_a_server_that_was_started_again_gets_the_document_back(open_explorer: O
     second = start(ServerOptions(port=int(first.url.rpartition(":")[2])))
     try:
         assert second.url == first.url
-        explorer.page.bring_to_front()  # viser calls again only from a page that has the focus
 
         def back() -> bool:
             here = [one.document.models[0].latent for one in second.sessions.values()]

@@ -42,7 +42,9 @@ class WireBrowser:
         size: tuple[int, int] = (1280, 720),
         silent: bool = False,
         headers: Mapping[str, str] | None = None,
+        follow: str | None = None,
     ) -> None:
+        self._follow = follow  # the code in the page's address
         self.tab = {} if tab is None else tab
         self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
         self.camera: Point | None = None  # where the app has put it
@@ -122,6 +124,9 @@ class WireBrowser:
         self.shown[f"{kind} {body['robot']}" if kind == "MotionShown" else kind] = arrays
         if kind == "DocumentShown":
             self.tab["document"] = body["text"]
+        if kind == "PresenceShown":
+            self.tab["secret"] = body["secret"] or ""
+            self.tab["free"] = "1" if body["free"] else ""
 
     def say(self, raw: bytes | str | Mapping[str, object]) -> None:
         """Send whatever no page sends; a mapping is packed as a message is."""
@@ -218,6 +223,9 @@ class WireBrowser:
             ratio=1.0,
             dark=False,
             playback=playback,
+            present=self.tab.get("secret") or None,
+            follow=self._follow,
+            free=bool(self.tab.get("free")),
         )
 
     def drag(self, board: Literal["map", "landscape"], *through: Sequence[float]) -> None:

@@ -87,6 +87,10 @@ class ViewPanel:
             "Download the motion (CSV)", icon=viser.Icon.DOWNLOAD, hint="as it is on the screen"
         )
         on_click(download, lambda: send(do.DownloadMotion()))
+        present = gui.add_button(
+            "Present this page", icon=viser.Icon.SCREEN_SHARE, hint="others follow it by a link"
+        )
+        on_click(present, lambda: send(do.PresentPage()))
         with gui.add_folder("State code"):
             self._text = Bound(gui.add_text("Code", ""), lambda _: None)
             on_click(gui.add_button("Show the code of this screen"), lambda: send(do.ShowCode()))
