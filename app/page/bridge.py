@@ -70,6 +70,12 @@ def place_html(name: str, height: int) -> str:
     return f'<div id="rnnpb-{name}" style="height:{height}px;margin:0 0.75em"></div>'
 
 
+def reload_in(client: viser.ClientHandle, seconds: float) -> None:
+    """Have a page that has no session load anew after a while."""
+    again = f"setTimeout(() => location.reload(), {1000 * seconds:.0f});"
+    client._websock_connection.queue_message(RunJavascriptMessage(again))
+
+
 class Bridge:
     """One page.
 

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import io
 import logging
+import random
 import socket
 import threading
 import warnings
@@ -25,6 +26,7 @@ from ..state.facts import Facts, ModelFacts
 from ..state.opening import check_fits, opening_document
 from ..state.statecode import unpacked
 from ..state.wanted import motion_steps
+from .bridge import reload_in
 from .door import WILDCARDS, address_for_others, make_door, url_host
 from .gate import FileTransferStartUpload
 from .guard import Guard, page_scripts
@@ -42,7 +44,11 @@ from .words import none_matches
 MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its own
 MOST_REMARKS = 8  # on the robot, in the log
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
-FULL = "This server shows {} pages already, as many as it takes. Close one and reload this page."
+FULL = (
+    "**This server shows {} pages already, as many as it takes.** As soon as one is closed there is "
+    "room for another: this page tries again every {:.0f} seconds."
+)
+RETRY_SECONDS = 10.0  # of a page that found no room; at random up to half as long again
 log = logging.getLogger(__name__)
 
 
@@ -137,7 +143,8 @@ class App:
                 )
         if full:
             log.warning("a browser was refused: there are %d pages", MAX_SESSIONS)
-            client.gui.add_markdown(FULL.format(MAX_SESSIONS))
+            client.gui.add_markdown(FULL.format(MAX_SESSIONS, RETRY_SECONDS))
+            reload_in(client, RETRY_SECONDS * random.uniform(1.0, 1.5))
         if client.client_id not in self._server.get_clients():
             self._disconnected(client)  # it went before there was a session to close
 

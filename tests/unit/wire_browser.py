@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import socket
 import threading
 import uuid
 from collections.abc import Callable, Mapping, Sequence
@@ -47,6 +48,7 @@ class WireBrowser:
         self._follow = follow  # the code in the page's address
         self.tab = {} if tab is None else tab
         self.shown: dict[str, dict[str, Any]] = {}  # the newest of each kind: MapShown, ...
+        self.script = ""  # the last that the app had run
         self.camera: Point | None = None  # where the app has put it
         self.moves = self.messages = 0  # sent, received
         self.widgets: dict[str, dict[str, Any]] = {}  # by uuid: label, value, options, ...
@@ -57,6 +59,8 @@ class WireBrowser:
         self._silent, self._size = silent, size
         self._downloads: dict[str, str] = {}  # file names by transfer
         self._changed = threading.Condition()
+        self._awake = threading.Event()
+        self._awake.set()
         self._socket = connect(
             url.replace("http", "ws", 1),
             subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
@@ -73,6 +77,7 @@ class WireBrowser:
         try:
             for raw in self._socket:
                 assert isinstance(raw, bytes)
+                self._awake.wait()
                 for message in messages(raw):
                     self._take(message)
         except ConnectionClosed:
@@ -81,8 +86,10 @@ class WireBrowser:
     def _take(self, message: dict[str, Any]) -> None:
         kind = message["type"]
         self.messages += 1
-        if kind == "RunJavascriptMessage" and not self._silent:
-            self.hello()
+        if kind == "RunJavascriptMessage":
+            self.script = message["source"]
+            if not self._silent:
+                self.hello()
         with self._changed:
             if kind == "NotificationShowMessage":
                 self.notices.append(message["props"]["body"])
@@ -255,6 +262,17 @@ class WireBrowser:
             wire.FileTransferStartUpload(source, transfer, name, "text/csv", 1, len(content))
         )
         self._send(wire.FileTransferPart(source, transfer, 0, content))
+
+    def freeze(self) -> None:
+        """Read nothing more, as a browser with a tab that it has put to sleep."""
+        self._awake.clear()
+
+    def thaw(self) -> None:
+        self._awake.set()
+
+    def vanish(self) -> None:
+        """Go without a word, as a laptop that is closed."""
+        self._socket.socket.shutdown(socket.SHUT_RDWR)
 
     def leave(self) -> None:
         """Close the window."""

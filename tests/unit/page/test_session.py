@@ -544,6 +544,7 @@ def test_no_more_pages_than_the_server_takes(
         (session,) = running.sessions.values()
         second = WireBrowser(running.url)
         second.wait_for(lambda: "1 pages already" in str(second.widgets))
+        second.wait_for(lambda: "location.reload()" in second.script)
         assert list(running.sessions.values()) == [session]
         leave(first, session)
         second.leave()
