@@ -20,9 +20,10 @@ from timing import step_by_step
 from rnnpb_explorer.app.page.server import App, ServerOptions, start
 from rnnpb_explorer.core.model import RNNPB
 
-DRAGGING = (1, 4, 16)
-PLAYING = 16
 SECONDS = 10.0
+# Pages that drag, play, follow; what the 95th percentile from hand to motion should stay below.
+CLASSES = ((1, 0, 0, None), (4, 0, 0, None), (16, 0, 0, 200), (8, 32, 0, 250), (1, 30, 0, None),
+           (1, 0, 30, None))  # fmt: skip
 
 
 def run(model: RNNPB) -> str:
@@ -32,48 +33,57 @@ def run(model: RNNPB) -> str:
         motion = app.opening.models[0].latent.motion
         plain, line = step_by_step(model, motion)
         lines.append(line)
-        _pages(app, 1, 1.0, "play")  # the first page pays for what all share
-        for pages in DRAGGING:
-            lines.append(_dragging(app, pages, motion, plain))
-        lines.append(_playing(app))
+        _pages(app, 1.0, motion, 0, 1, 0)  # the first page pays for what all share
+        for dragging, playing, following, aim in CLASSES:
+            lines += _class(app, motion, plain, (dragging, playing, following), aim)
+        lines.append(_playing(app, motion))
     finally:
         app.stop()
     return "\n".join(lines)
 
 
-def _dragging(app: App, pages: int, motion: int, plain: float) -> str:
+def _class(
+    app: App, motion: int, plain: float, pages: tuple[int, int, int], aim: int | None
+) -> list[str]:
     before = _memory()
-    found, during, _ = _pages(app, pages, SECONDS, str(motion))
+    found, during, cpu = _pages(app, SECONDS, motion, *pages)
     after = _memory()
+    dragging, playing, following = pages
     latencies = np.concatenate([np.array(page) for page in found["latencies"]])
     medians = [float(np.median(page)) for page in found["latencies"]]
     median, p95 = np.percentile(latencies, [50, 95])
-    moves = pages * SECONDS / 0.05
-    return (
-        f"  {pages:2} dragging at 20 Hz: median {median:.0f} ms ({median / 1e3 / plain:.1f} x), "
-        f"95th percentile {p95:.0f} ms ({p95 / 1e3 / plain:.1f} x); slowest page's median "
-        f"{max(medians):.0f} ms; {len(latencies) / moves:.0%} of the moves seen; "
-        f"memory a page {(during - before) / pages / 1e6:.1f} MB, "
-        f"after they left {(after - before) / 1e6:+.0f} MB"
-    )
+    moves = dragging * SECONDS / 0.05
+    landscapes = np.array(found["landscapes"]) / SECONDS
+    wanted = "" if aim is None else f" (aim: below {aim})"
+    beside = f" beside {playing} playing" if playing else ""
+    beside += f", followed by {following}" if following else ""
+    return [
+        f"  {dragging:2} dragging at 20 Hz{beside}: median {median:.0f} ms "
+        f"({median / 1e3 / plain:.1f} x), 95th percentile {p95:.0f} ms{wanted} "
+        f"({p95 / 1e3 / plain:.1f} x); {len(latencies) / moves:.0%} of the moves seen",
+        f"     slowest page {max(medians) / np.median(medians):.2f} of the median one; landscapes "
+        f"{np.median(landscapes):.1f} a second a page, fewest {landscapes.min():.1f}; {cpu:.2f} "
+        f"cores; memory a page {(during - before) / sum(pages) / 1e6:.1f} MB, after they left "
+        f"{(after - before) / 1e6:+.0f} MB",
+    ]
 
 
-def _playing(app: App) -> str:
-    found, _, cpu = _pages(app, PLAYING, SECONDS, "play")
+def _playing(app: App, motion: int) -> str:
+    pages = 32
+    found, _, cpu = _pages(app, SECONDS, motion, 0, pages, 0)
     rate = np.mean(found["messages"]) / SECONDS
-    return (
-        f"  {PLAYING} playing: {cpu / PLAYING:.4f} of a core a page, "
-        f"{rate:.2f} messages a second a page"
-    )
+    each = cpu / pages
+    return f"  {pages} playing: {each:.4f} of a core a page, {rate:.2f} messages a second a page"
 
 
 def _pages(
-    app: App, pages: int, seconds: float, motion: str
+    app: App, seconds: float, motion: int, dragging: int, playing: int, following: int
 ) -> tuple[dict[str, list[list[float]]], int, float]:
     """What the pages saw, the server's memory while they were there, and the cores that it used."""
+    numbers = (seconds, motion, dragging, playing, following)
     clients = Path(__file__).with_name("page_clients.py")
     with subprocess.Popen(
-        [sys.executable, clients, app.url, str(pages), str(seconds), motion],
+        [sys.executable, clients, app.url, *map(str, numbers)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

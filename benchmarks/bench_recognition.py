@@ -39,7 +39,7 @@ def run(model: RNNPB) -> Table:
     table = Table(
         "Recognition, 10 trials x 100 iterations, 140 frames", "one by one", "another way"
     )
-    table.row("one by one / one batch", one_by_one, batched)
+    table.row("one by one / one batch", one_by_one, batched, aim=15)
     table.row("one by one / Levenberg-Marquardt", one_by_one, quick)
     slow, fast = published(config), levenberg_marquardt()
     _global(table, model, target)

@@ -1,11 +1,13 @@
-"""Pages without a browser, in a process of their own: they open, and drag or play.
+"""Pages without a browser, in a process of their own: they open, and drag, play or follow.
 
-    python benchmarks/page_clients.py URL PAGES SECONDS MOTION|play
+    python benchmarks/page_clients.py URL SECONDS MOTION DRAGGING PLAYING FOLLOWING
 
-MOTION is the index of the one that the pages open with. Waits for a line before it begins.
+MOTION is the index of the one that the pages open with; the next three are numbers of pages. Those
+that follow do what the first of those does that drag. Waits for a line before it begins.
 
-Prints a line when all are ready, then one of JSON: the milliseconds from each
-move of the hand to the motion that it led to, and how many messages each page got.
+Prints a line when all are ready, then one of JSON: of each page that drags the milliseconds from
+each move of the hand to the motion that it led to, and its landscapes, of which a hand that moves
+on lets only the coarse ones come; how many messages each of the others got.
 
 A move is told from the next by the motion itself: the moves go round a circle on the map, and the
 first frames of the motions at its points are computed beforehand.
@@ -75,12 +77,13 @@ class Circle:
 class Page:
     """One page: says hello, moves its puck, takes what comes."""
 
-    def __init__(self, circle: Circle | None) -> None:
-        self.circle = circle
+    def __init__(self, circle: Circle | None = None, follow: str | None = None) -> None:
+        self.circle, self.follow = circle, follow
         self.sent: dict[int, float] = {}  # when the hand was last at a point
         self.latencies: list[float] = []
-        self.messages = 0
-        self.ready = asyncio.Event()
+        self.messages = self.landscapes = 0
+        self.code = ""  # of what this page presents or follows
+        self.ready, self.presence = asyncio.Event(), asyncio.Event()
 
     async def run(self, url: str, begin: asyncio.Event, seconds: float) -> None:
         protocol = Subprotocol(f"viser-v{viser.__version__}")
@@ -92,7 +95,7 @@ class Page:
             await self._send(wire.ViewerCameraMessage(**CAMERA).as_serializable_dict())
             reading = asyncio.create_task(self._read())
             await begin.wait()
-            self.messages = 0
+            self.messages = self.landscapes = 0
             if self.circle is None:
                 await asyncio.sleep(seconds)
             else:
@@ -108,13 +111,19 @@ class Page:
                 if message["type"] == "RunJavascriptMessage":
                     await self._ask(type="Hello", document=None, width=640, height=480,
                                     page_width=1280, page_height=720, ratio=1.0,
-                                    dark=False, playback=None)  # fmt: skip
+                                    dark=False, playback=None,
+                                    follow=self.follow)  # fmt: skip
                 elif message["type"] == "RnnpbShown":
                     self._shown(message["kind"], message["body"], now)
 
     def _shown(self, kind: str, body: dict[str, Any], now: float) -> None:
-        if kind == "LandscapeShown" and body["complete"]:
-            self.ready.set()
+        if kind == "LandscapeShown":
+            self.landscapes += 1
+            if body["complete"]:
+                self.ready.set()
+        if kind == "PresenceShown":
+            self.code = body["code"]
+            self.presence.set()
         if kind == "MotionShown" and self.circle is not None and self.sent:
             sent = self.sent.pop(self.circle.point_of(shown_array(body["angles"])), None)
             if sent is not None:
@@ -143,13 +152,29 @@ class Page:
     async def _send(self, message: dict[str, Any]) -> None:
         await self.socket.send(msgspec.msgpack.encode(message))
 
+    async def present(self) -> str:
+        """The code for those who follow."""
+        await self.ready.wait()
+        self.presence.clear()
+        await self._ask(type="Present", on=True)
+        await self.presence.wait()
+        return self.code
 
-async def main(url: str, pages: int, seconds: float, motion: int | None) -> None:
-    circle = None if motion is None else Circle(motion)
+
+async def main(
+    url: str, seconds: float, motion: int, dragging: int, playing: int, following: int
+) -> None:
+    circle = Circle(motion) if dragging else None
     begin = asyncio.Event()
-    opened = [Page(circle) for _ in range(pages)]
-    running = [asyncio.create_task(page.run(url, begin, seconds)) for page in opened]
-    ready = asyncio.gather(*(page.ready.wait() for page in opened))
+    drags = [Page(circle) for _ in range(dragging)]
+    others = [Page() for _ in range(playing)]
+    running = [asyncio.create_task(page.run(url, begin, seconds)) for page in (*drags, *others)]
+    if following:
+        code = await drags[0].present()
+        late = [Page(follow=code) for _ in range(following)]
+        running += [asyncio.create_task(page.run(url, begin, seconds)) for page in late]
+        others += late
+    ready = asyncio.gather(*(page.ready.wait() for page in (*drags, *others)))
     await asyncio.wait([ready, *running], return_when=asyncio.FIRST_COMPLETED)
     if not ready.done():
         await asyncio.gather(*running)  # one that broke off says why
@@ -157,20 +182,15 @@ async def main(url: str, pages: int, seconds: float, motion: int | None) -> None
     await asyncio.to_thread(sys.stdin.readline)
     begin.set()
     await asyncio.gather(*running)
-    print(
-        json.dumps(
-            {
-                "latencies": [page.latencies for page in opened],
-                "messages": [page.messages for page in opened],
-            }
-        ),
-        flush=True,
-    )
+    found = {
+        "latencies": [page.latencies for page in drags],
+        "landscapes": [page.landscapes for page in drags],
+        "messages": [page.messages for page in others],
+    }
+    print(json.dumps(found), flush=True)
 
 
 if __name__ == "__main__":
     torch.set_num_threads(1)
-    _, url_, pages_, seconds_, motion_ = sys.argv
-    asyncio.run(
-        main(url_, int(pages_), float(seconds_), None if motion_ == "play" else int(motion_))
-    )
+    _, url_, seconds_, *numbers = sys.argv
+    asyncio.run(main(url_, float(seconds_), *map(int, numbers)))

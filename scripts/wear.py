@@ -5,7 +5,7 @@
 
 `pages N` opens N pages one after the other, each until its screen is complete, and closes them.
 `use SECONDS` does what a person does in so many seconds, as fast as the server answers. A warm-up
-comes first; then memory, threads and file handles of the server's process may not have grown at the end.
+comes first; at the end memory, threads and file handles of the server's process may not have grown.
 Linux alone says them (/proc).
 """
 

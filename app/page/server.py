@@ -45,8 +45,8 @@ MAX_SESSIONS = 64  # pages open at once; each has threads and a screen of its ow
 MOST_REMARKS = 8  # on the robot, in the log
 STOP_SECONDS = 5.0  # that a session's threads get to end when the server stops
 FULL = (
-    "**This server shows {} pages already, as many as it takes.** As soon as one is closed there is "
-    "room for another: this page tries again every {:.0f} seconds."
+    "**This server shows {} pages already, as many as it takes.** As soon as one is closed there "
+    "is room for another: this page tries again every {:.0f} seconds."
 )
 RETRY_SECONDS = 10.0  # of a page that found no room; at random up to half as long again
 log = logging.getLogger(__name__)

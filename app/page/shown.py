@@ -258,23 +258,23 @@ class CloudShown(OnBoards):
 class CurvesShown(Shown):
     """What the time bar draws beside the motions of the models on the boards.
 
-    names: (J,) joints. joint: the one that is drawn, None for all. reference: (T', J) dashed,
-    NaN where it is hidden. unseen: (J,) whether a joint is inferred, not observed.
+    names: (J,) joints. models: (M,) what the curves of each slot are called. columns: (M, J) where
+    these joints are in each slot's motion. joint: the one that is drawn, None for all. reference:
+    (T', J) dashed, NaN where it is hidden. unseen: (J,) whether a joint is inferred, not observed.
     low, high: (T, J) a band; None takes that of the motion's samples. observed: share of the
     reference that was observed, None without a handle for it.
-    models: (M,) what the curves of each slot are called. columns: (M, J) where these joints are in
-    each slot's motion. active: the slot that all else is of.
+    active: the slot that all else is of.
     """
 
     names: tuple[str, ...]
+    models: tuple[str, ...]
+    columns: Array
     joint: int | None = None
     reference: Array | None = None
     low: Array | None = None
     high: Array | None = None
     unseen: Array | None = None
     observed: float | None = None
-    models: tuple[str, ...] = ()
-    columns: Array | None = None
     active: int = 0
 
 

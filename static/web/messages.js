@@ -148,14 +148,14 @@
 /**
  * @typedef {object} CurvesShown
  * @property {string[]} names (J)
+ * @property {string[]} models (M) what the curves of each slot are called
+ * @property {Numbers<Int32Array>} columns (M, J) of each slot's motion, where these joints are
  * @property {number | null} joint the one that is drawn; null: all
  * @property {Numbers | null} reference (T', J)
  * @property {Numbers | null} low (T, J) of a band; null: that of the samples
  * @property {Numbers | null} high (T, J)
  * @property {Numbers<Uint8Array> | null} unseen (J) whether a joint is inferred, not observed
  * @property {number | null} observed share of the reference that was observed; null: no handle
- * @property {string[]} models (M) what the curves of each slot are called
- * @property {Numbers<Int32Array>} columns (M, J) of each slot's motion, where these joints are
  * @property {number} active slot that all else is of
  */
 

@@ -70,8 +70,7 @@ export class Presence {
     this.root.hidden = role === "";
     this.link.hidden = role !== "presents";
     this.action.hidden = role === "follows" && !there && !free;
-    const address = new URL(location.href);
-    address.searchParams.set(FOLLOW, code);
+    const address = new URL(`?${FOLLOW}=${code}`, location.href);
     if (role === "presents") {
       this.link.value = address.href;
       say(this.text, followers === 1 ? "1 page follows" : `${followers} pages follow`);

@@ -283,7 +283,7 @@ export class TimeBar {
       reference: curves?.reference?.data ?? null,
       low,
       high,
-      columns: angles?.shape[1] ?? 0,
+      columns: curves?.names.length ?? angles?.shape[1] ?? 1,
       joint: curves?.joint ?? null,
       frames: Math.max(clock.frames, 2),
       fps: clock.fps,

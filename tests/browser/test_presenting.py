@@ -1,4 +1,4 @@
-"""A class: pages that follow one, a projector without a hand, one page more than there is room for."""
+"""A class: pages that follow one, a projector without a hand, one page more than fits."""
 
 from __future__ import annotations
 

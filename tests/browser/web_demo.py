@@ -218,14 +218,23 @@ class Session:
         ghosts = demo.generate(self.mu + self.sigma * demo.noise) if self.ghosts else None
         self.number += 1
         eyes = np.tile(np.arange(48, dtype=np.uint8) * 5, (FRAMES, 1)) if demo.eyes else None
-        self.bridge.show(MotionShown(0, self.number, angles, 25.0, eyes, ghosts, samples=True))
+        self.bridge.show(
+            MotionShown(0, self.number, angles, 25.0, eyes, ghosts, samples=True, slot=0)
+        )
         if demo.two:
             self.bridge.show(
                 MotionShown(1, self.number, demo.generate(demo.mu[[3]])[0], 25.0, eyes)
             )
         reference = demo.generate(demo.mu[[self.motion]])[0]
         self.bridge.show(
-            CurvesShown(demo.joints, joint=2, reference=reference, observed=self.observed)
+            CurvesShown(
+                demo.joints,
+                ("demo",),
+                np.arange(len(demo.joints))[None],
+                joint=2,
+                reference=reference,
+                observed=self.observed,
+            )
         )
 
     def show_landscape(self) -> None:

@@ -90,7 +90,7 @@ class Window:
         """
         self.page.on("console", lambda m: m.type == "error" and self.console_errors.append(m.text))
         self.page.on("pageerror", lambda error: self.console_errors.append(str(error)))
-        self.page.goto(f"{url}?fixedDpr={resolution}")
+        self.page.goto(f"{url}{'&' if '?' in url else '?'}fixedDpr={resolution}")
         self.page.add_style_tag(content="#webgl-software-rendering { display: none }")
 
     def close(self) -> None:
