@@ -23,6 +23,7 @@ from . import asked
 from .shown import PresenceShown
 
 CODE_LENGTH = 12
+SECONDS_A_FOLLOWER = 0.01  # between two documents that are shown to all
 # What a person does that the one who presents has not done.
 OWN_WAY = (
     do.DocumentIntent
@@ -148,6 +149,7 @@ class Presence:
         self._followers = 0
         self._there = False  # somebody presents
         self._published: Document | None = None
+        self._published_at = 0.0
         self._taken: Seen | None = None  # where the presenter looked last
 
     def greet(self, hello: asked.Hello) -> None:
@@ -197,10 +199,16 @@ class Presence:
         self._taken = word.document.seen
         return replace(word.document, seen=seen)
 
-    def publish(self, document: Document) -> None:
-        if self._key is not None and document is not self._published:
-            self._published = document
-            self._presentations.show(self._code, self._tell, document)
+    def publish(self, document: Document, now: float, *, settled: bool) -> None:
+        """Show others what is here now, though not every step of a drag: it would cost the hand
+        that drags. The last one is shown once all is settled.
+        """
+        if self._key is None or document is self._published:
+            return
+        if now - self._published_at < SECONDS_A_FOLLOWER * self._followers and not settled:
+            return
+        self._published, self._published_at = document, now
+        self._presentations.show(self._code, self._tell, document)
 
     @property
     def shown(self) -> PresenceShown:

@@ -332,8 +332,9 @@ class Session:
         picture = self._picture
         screen.show(picture)
         screen.show_presence(self._presence.shown)
-        self._presence.publish(self.document)
-        self._keep(screen, time.monotonic())
+        now = time.monotonic()
+        self._presence.publish(self.document, now, settled=self._settled)
+        self._keep(screen, now)
         with self._idle:
             self._shown = picture
             self._idle.notify_all()
