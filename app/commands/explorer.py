@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import getpass
+import os
 import signal
 import sys
 import threading
@@ -76,6 +79,10 @@ def run(
             seed=seed,
         )
         app = start(options)
+    # What is loaded by now stays. Python's collector comes the more seldom the more there is:
+    # counted with it, what pages leave behind would pile up for hundreds of them.
+    gc.collect()
+    gc.freeze()
     if no_token and not is_loopback(host):
         note(
             f"rnnpb-explorer: serving on {host}: everybody who reaches this machine can "
@@ -83,9 +90,18 @@ def run(
         )
     if app.link_for_others is not None:
         note(f"rnnpb-explorer: others open {app.link_for_others}")
+    if is_loopback(host) and "SSH_CONNECTION" in os.environ:
+        note(f"rnnpb-explorer: on the machine that you sit at: {tunnel(app.url)}")
     print(f"rnnpb-explorer is ready at {app.link}", flush=True)
     ended.wait()
     app.stop()
+
+
+def tunnel(url: str) -> str:
+    """The command that brings a port of this machine to the one at the other end of ssh."""
+    port = url.rpartition(":")[2]
+    machine = os.environ["SSH_CONNECTION"].split()[2]  # the address that ssh was called with
+    return f"ssh -N -L {port}:127.0.0.1:{port} {getpass.getuser()}@{machine}"
 
 
 if __name__ == "__main__":

@@ -72,6 +72,19 @@ def test_it_says_where_it_serves_and_ends_when_told(checkpoint: str, ending: int
 
 
 @pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+def test_over_ssh_it_says_how_to_bring_the_port_to_oneself(
+    checkpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SSH_CONNECTION", "192.0.2.7 50000 192.0.2.1 22")
+    process, line = serving("--ckpt", checkpoint, "--port", "0")
+    port = line.strip().rpartition(":")[2]
+    process.terminate()
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert f"ssh -N -L {port}:127.0.0.1:{port} " in errors
+    assert "@192.0.2.1" in errors
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
 def test_serving_everybody_is_said_aloud(checkpoint: str) -> None:
     process, _ = serving("--ckpt", checkpoint, "--port", "0", "--host", "0.0.0.0", "--no-token")
     process.terminate()

@@ -128,7 +128,8 @@ class WireBrowser:
             name: shown_array(value) if isinstance(value, dict) and "shape" in value else value
             for name, value in body.items()
         }
-        self.shown[f"{kind} {body['robot']}" if kind == "MotionShown" else kind] = arrays
+        number = body["robot"] if kind == "MotionShown" else body.get("slot")
+        self.shown[f"{kind} {number}" if kind == "MotionShown" or number else kind] = arrays
         if kind == "DocumentShown":
             self.tab["document"] = body["text"]
         if kind == "PresenceShown":
