@@ -5,8 +5,9 @@
 
 `pages N` opens N pages one after the other, each until its screen is complete, and closes them.
 `use SECONDS` does what a person does in so many seconds, as fast as the server answers. A warm-up
-comes first; at the end memory, threads and file handles of the server's process may not have grown.
-Linux alone says them (/proc).
+comes first: some pages, or half of the time, in which codebooks and the cache of results get as
+large as they may. At the end memory, threads and file handles of the server's process may not have
+grown. Linux alone says them (/proc).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "unit")]
 from wire_browser import WireBrowser  # noqa: E402  (beside the tests, which are no package)
 
 MOST_GROWTH = 50_000_000  # bytes
-WARM_UP = 40  # pages, and rounds of use
+WARM_UP = 40  # pages
 CIRCLE = [(0.3, 0.0), (0.2, 0.2), (0.0, 0.3), (-0.2, 0.2), (-0.3, 0.0), (-0.2, -0.2), (0.0, -0.3)]
 WINDOWS = ("±1, as in the paper's Fig. 4", "±0.7 sd of the learned μ")
 POOLED = 2  # threads that a pool may make later than others
@@ -105,13 +106,13 @@ class User:
         self._browser.leave()
 
 
-def wear(process: int, count: int, once: Callable[[], None]) -> int:
-    """Do something so often; 1 where the server has grown."""
-    for _ in range(WARM_UP):
+def wear(process: int, warm_up: int, count: int, once: Callable[[], None]) -> int:
+    """Do something so often, after so often to warm up; 1 where the server has grown."""
+    for _ in range(warm_up):
         once()
     settle(process)
     before, started = State.of(process), time.monotonic()
-    print(f"after {WARM_UP} to warm up: {before}", flush=True)
+    print(f"after {warm_up} to warm up: {before}", flush=True)
     for number in range(1, count + 1):
         once()
         if number % max(count // 10, 1) == 0:
@@ -151,9 +152,10 @@ def main() -> int:
             assert server.stdout is not None
             url = server.stdout.readline().split()[-1]
             if asked.what == "pages":
-                return wear(server.pid, asked.count, lambda: page(url))
+                return wear(server.pid, WARM_UP, asked.count, lambda: page(url))
             user = User(url)
-            return wear(server.pid, int(asked.count / ROUND_SECONDS), user.round)
+            half = int(asked.count / ROUND_SECONDS / 2)
+            return wear(server.pid, half, half, user.round)
         finally:
             server.terminate()
 

@@ -19,10 +19,11 @@ from ..state.results import (
     StretchResult,
     WaysResult,
 )
-from ..state.work import BeliefWork, LandscapeWork, RecogniseWork, Work
+from ..state.work import BeliefWork, LandscapeWork, MotionWork, RecogniseWork, Work
 
 MAX_BYTES = 64_000_000
 EACH = 2_000  # of a result, besides its arrays
+NUMBER = 32  # of a Python number in a tuple
 
 
 class Cache:
@@ -76,6 +77,8 @@ def _size(work: Work, result: Result) -> int:
     held = 0
     if isinstance(work, LandscapeWork | RecogniseWork | BeliefWork) and work.target is not None:
         held = len(work.target.positions) + len(work.target.eyes)
+    if isinstance(work, MotionWork):
+        held += NUMBER * sum(map(len, work.along))
     match result:
         case MotionResult(positions, check):
             held += positions.nbytes
@@ -92,7 +95,9 @@ def _size(work: Work, result: Result) -> int:
             held += sum(one.nbytes if one.base is None else one.base.nbytes for one in arrays)
         case BeliefResult(cloud, motions):
             held += cloud.pbs.nbytes + cloud.weights.nbytes + sum(one.nbytes for one in motions)
-        case CodebookResult() | StretchResult() | WaysResult():
+        case WaysResult(straight, shortest):
+            held += sum(one.pbs.nbytes + one.steps.nbytes for one in (straight, shortest))
+        case CodebookResult() | StretchResult():
             pass
         case ExportedFile(_, content, _):
             held += len(content)
