@@ -20,6 +20,8 @@ from rnnpb_explorer.app.page.door import address_for_others
 from rnnpb_explorer.core.checkpoint import save_checkpoint, shipped_checkpoints
 from rnnpb_explorer.core.model import RNNPB
 
+from .wire_browser import WireBrowser
+
 COMMAND = Path(sys.executable).with_name("rnnpb-explorer")
 TIMEOUT = 90.0  # seconds until a test that hangs has failed; nothing waits for it otherwise
 
@@ -69,6 +71,55 @@ def test_it_says_where_it_serves_and_ends_when_told(checkpoint: str, ending: int
     assert process.returncode == 0
     assert "Traceback" not in errors
     assert "http" not in rest
+
+
+@pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGINT])
+def test_it_ends_in_the_middle_of_a_drag_and_a_recognition(ending: int) -> None:
+    process, line = serving("--port", "0")
+    try:
+        pages = [WireBrowser(line.split()[-1]) for _ in range(2)]
+        for page in pages:
+            page.wait_for(lambda page=page: "PuckShown" in page.shown)
+        pages[0].set("Example", "halfway")
+        pages[0].wait_for(lambda: any("ready to recognise" in one for one in pages[0].notices))
+        pages[0].set("Method", "as published: sampling and Adam")
+        pages[0].press("Start")
+        pages[0].wait_for(lambda: len(pages[0].shown["PathShown"]["radii"]) > 2)
+        pages[1].drag("map", *[(0.01 * i, 0.0) for i in range(60)])
+        process.send_signal(ending)
+        _, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux says who catches what")
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGINT])
+def test_it_ends_while_it_loads(ending: int) -> None:
+    process = subprocess.Popen(
+        [COMMAND, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    watchdog = threading.Timer(TIMEOUT, process.kill)
+    watchdog.start()
+    try:
+        while not catches(process.pid, signal.SIGTERM):  # the later one; Python has one for SIGINT
+            assert process.poll() is None
+        process.send_signal(ending)
+        _, errors = process.communicate(timeout=TIMEOUT)
+    finally:
+        watchdog.cancel()
+        process.kill()
+    assert process.returncode == 0
+    assert "Traceback" not in errors
+
+
+def catches(process: int, number: int) -> bool:
+    """Whether a process has a handler of its own for a signal."""
+    status = Path(f"/proc/{process}/status").read_text()
+    caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
+    return bool(int(caught.split()[1], 16) >> (number - 1) & 1)
 
 
 @pytest.mark.skipif(not COMMAND.exists(), reason="rnnpb-explorer is not installed beside python")
