@@ -90,9 +90,13 @@ export class Playback {
     this.ask({ type: "SetPlaying", playing: this.clock.playing, frame: this.clock.frame });
   }
 
-  /** @param {number} frame */
+  /** Go to a frame, and rest on it. @param {number} frame */
   seek(frame) {
-    this.set({ ...this.clock, frame: clamp(frame, 0, Math.max(this.clock.frames - 1, 0)) });
+    this.set({
+      ...this.clock,
+      playing: false,
+      frame: clamp(frame, 0, Math.max(this.clock.frames - 1, 0)),
+    });
     clearTimeout(this.resting);
     this.resting = setTimeout(() => this.ask({ type: "Seek", frame: this.clock.frame }), REST_MS);
   }

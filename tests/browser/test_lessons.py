@@ -1,4 +1,4 @@
-"""The lessons on a real page, from the first step to the last."""
+"""A lesson on a real page, from the first step to the last."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from rnnpb_explorer.app.page.lessons import load_lessons
 from rnnpb_explorer.app.page.server import App
 
 LESSONS = load_lessons(None)
+COARSE = 0.15  # pixels of the canvas for one of the page: robots that play are slow in software
 
 
-@pytest.mark.parametrize("name", LESSONS)
+# The one with two models, morphs and ghosts; all steps of all lessons are run in the unit tests.
+@pytest.mark.parametrize("name", ["2_smooth_and_rugged"])
 def test_a_lesson_is_leafed_through(app: App, open_explorer: Open, name: str) -> None:
-    explorer = open_explorer(app.url)
+    explorer = open_explorer(app.url, resolution=COARSE)
     lesson = LESSONS[name]
     explorer.tab("Help")
     explorer.choose("Lesson", lesson.title)
@@ -23,7 +25,6 @@ def test_a_lesson_is_leafed_through(app: App, open_explorer: Open, name: str) ->
         if step.set.models is not None:
             robots = len(step.set.models) + bool(step.set.example)
             explorer.wait_for(f"part.robots.robots.length === {robots}")
-            explorer.wait_for("part.landscape.shown?.complete")
         if number in (2, 3):
             explorer.screenshot(f"lesson-{name}-{number}")
         explorer.click(lesson.words.next)
@@ -31,7 +32,7 @@ def test_a_lesson_is_leafed_through(app: App, open_explorer: Open, name: str) ->
 
 
 def test_back_and_undo_and_close(app: App, open_explorer: Open) -> None:
-    explorer = open_explorer(app.url)
+    explorer = open_explorer(app.url, resolution=COARSE)
     lesson = LESSONS["1_what_a_pb_is"]
     explorer.tab("Help")
     explorer.choose("Lesson", lesson.title)

@@ -314,7 +314,10 @@ def test_scrub_and_observed_part(web: WebPage) -> None:
     box = web.page.locator(".rb-curves").bounding_box()
     assert box is not None
     left, width, y = box["x"] + 10, box["width"] - 20, box["y"] + box["height"] / 2
+    if not web.part("part.playback.clock.playing"):
+        web.part("part.playback.toggle()")
     web.page.mouse.click(left + width / 2, y)
+    web.wait_for("!part.playback.clock.playing")  # it rests where one has gone to
     assert web.wait_asked("Seek")[-1]["frame"] == pytest.approx(69.5, abs=0.5)
     web.drag((left + 0.8 * width, y), (left + 0.4 * width, y))
     web.wait_asked("SetObserved")
