@@ -146,6 +146,8 @@ class Part {
 
   /** The server frames the robot anew once the canvas has kept another size for a while. */
   fitted() {
+    const box = canvasFrame()?.getBoundingClientRect();
+    if (box) this.presence.standOver(box);
     const size = JSON.stringify(this.size());
     if (size === this.told) return;
     this.told = size;

@@ -8,6 +8,7 @@ import { element, say } from "./page.js";
 const KEY = "rnnpb.presenting"; // in the tab's own storage, as long as it presents
 const FREE = "rnnpb.free"; // as long as it has let go of what it follows
 const FOLLOW = "follow"; // in the page's address
+const MARGIN = 8; // pixels
 
 /** @type {(name: string) => string | null} */
 function stored(name) {
@@ -82,6 +83,14 @@ export class Presence {
       say(this.text, there ? "Following" : "Waiting for who presents");
       say(this.action, "Let go");
     }
+  }
+
+  /** Stay above the robots, beside the boards. @param {DOMRect} box of the canvas */
+  standOver(box) {
+    const { style } = this.root;
+    style.left = `${box.left + box.width / 2}px`;
+    style.top = `${box.top + MARGIN}px`;
+    style.maxWidth = `${box.width - 2 * MARGIN}px`;
   }
 
   act() {

@@ -57,8 +57,8 @@ const SHEET = `
 }
 .rb-whose:empty { display: none; }
 .rb-presence {
-  position: fixed; top: 8px; left: 50%; transform: translateX(-50%); z-index: 4; display: flex;
-  align-items: center; gap: 8px; padding: 4px 4px 4px 12px; border-radius: 8px; max-width: 92vw;
+  position: fixed; transform: translateX(-50%); z-index: 4; display: flex;
+  align-items: center; gap: 8px; padding: 4px 4px 4px 12px; border-radius: 8px;
   font: 600 12px/1.3 Inter, "Inter Variable", system-ui, sans-serif; color: var(--rb-text);
   background: var(--rb-surface); border: 1px solid var(--rb-line); box-shadow: 0 1px 6px rgb(0 0 0 / 0.15);
 }

@@ -37,6 +37,12 @@ def test_a_page_follows_lets_go_and_comes_back(app: App, open_explorer: Open) ->
     pupil = open_explorer(link_of(teacher))
     teacher.text("1 page follows").wait_for()
     pupil.text("Following").wait_for()
+    bar, boards = (
+        teacher.page.locator(name).bounding_box() for name in (".rb-presence", "[data-board=map]")
+    )
+    assert bar is not None
+    assert boards is not None
+    assert bar["x"] > boards["x"] + boards["width"]  # all of it can be read
     drag(teacher, 30, -20)
     follows(pupil, teacher)
     teacher.screenshot("presents")

@@ -5,10 +5,8 @@ from __future__ import annotations
 import copy
 import os
 import pickle
-import resource
 import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,8 @@ from hypothesis import strategies as st
 from rnnpb_explorer.core import RNNPB, InputError, load_checkpoint, save_checkpoint
 from rnnpb_explorer.core.checkpoint import read_plain, shipped_checkpoints
 from rnnpb_explorer.core.checkpoint_content import to_content
+
+from .full_disk import full_disk
 
 
 def refusal(path: Path) -> str:
@@ -297,17 +297,6 @@ def test_flipped_bytes_never_raise_anything_else(
 
 
 # Writing
-
-
-@contextmanager
-def full_disk(limit: int) -> Iterator[None]:
-    """Within, no file can grow beyond `limit` bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_a_failed_write_leaves_the_old_file(tiny_model: RNNPB, tmp_path: Path) -> None:

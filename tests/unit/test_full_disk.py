@@ -2,27 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from .cli_harness import Rnnpb
+from .full_disk import full_disk
 
-resource = pytest.importorskip("resource", reason="only Unix limits the size of files")
 RECIPE = ("--pb-dim", 2, "--hidden-size", 8, "--epochs", 2)
-
-
-@contextmanager
-def full_after(size: int) -> Iterator[None]:
-    """No file can grow beyond so many bytes: the system refuses the write, as on a full disk."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +26,7 @@ def test_what_lay_there_is_kept(rnnpb: Rnnpb, flags: tuple[object, ...]) -> None
     suffix = {"export": "json", "generate": "csv", "landscape": "npz", "train": "pt"}
     out = Path(f"out.{suffix[str(flags[0])]}")
     out.write_bytes(b"before")
-    with full_after(200):
+    with full_disk(200):
         outcome = rnnpb(*flags, "--out", out)
     assert outcome.code not in (0, None)
     assert f"cannot write {out.resolve()}" in outcome.err
